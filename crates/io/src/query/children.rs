@@ -1,4 +1,4 @@
-//! Nested objects.
+//! Queries for nested objects.
 
 use std::sync::Arc;
 
@@ -6,18 +6,18 @@ use super::Query;
 use crate::diagnostic::{Diagnostic, lints};
 use crate::scene::{ObjectDescription, PluginKind, SpectrumValue};
 
-/// A quantity given as a spectrum, or as an object (a volume or texture) that computes it.
+/// Quantity given as a spectrum, or as an object (a volume or a texture) that computes it.
 #[derive(Clone, Debug)]
 pub enum Input<'a> {
-    /// Constant in space.
+    /// Value that is constant in space.
     Spectrum(SpectrumValue),
-    /// Varying in space.
+    /// Object whose values vary in space.
     Object(&'a Arc<ObjectDescription>),
 }
 
 impl<'a> Query<'a, '_> {
-    /// The only child of a kind, if there is one; more than one is an error. Children in roles
-    /// that were asked for by name do not count.
+    /// Returns the only child of a kind, if there is one. Reports more than one as an error.
+    /// Ignores children in roles that were queried by name.
     pub fn child(&mut self, kind: PluginKind) -> Option<&'a Arc<ObjectDescription>> {
         let indices = self.unused_of(kind);
         for &index in &indices {
@@ -38,7 +38,7 @@ impl<'a> Query<'a, '_> {
         indices.first().map(|&index| &children[index].object)
     }
 
-    /// The only child of a kind; its absence is reported, too.
+    /// Returns the only child of a kind. Reports its absence as well as further children.
     pub fn required_child(&mut self, kind: PluginKind) -> Option<&'a Arc<ObjectDescription>> {
         let child = self.child(kind);
         if child.is_none() {
@@ -58,8 +58,8 @@ impl<'a> Query<'a, '_> {
         child
     }
 
-    /// All children of a kind, in the order in which they are written. Children in roles that were
-    /// asked for by name are left out.
+    /// Returns all children of a kind, in the order of the file. Omits children in roles that were
+    /// queried by name.
     pub fn children(&mut self, kind: PluginKind) -> Vec<&'a Arc<ObjectDescription>> {
         let indices = self.unused_of(kind);
         for &index in &indices {
@@ -71,7 +71,7 @@ impl<'a> Query<'a, '_> {
             .collect()
     }
 
-    /// The child that plays the role `name`, if there is one; it must be of the given kind.
+    /// Returns the child in the role `name`, if there is one; it must be of the given kind.
     pub fn role(&mut self, kind: PluginKind, name: &str) -> Option<&'a Arc<ObjectDescription>> {
         if let Some(property) = self.property(name) {
             let found = property.value.type_name();
@@ -88,20 +88,20 @@ impl<'a> Query<'a, '_> {
         None
     }
 
-    /// A spectrum or a nested volume. Without it, the default of its row; where there is none, it must be given. After
-    /// an error, the default, or else 1.
+    /// Reads a spectrum or a nested volume. If it is absent, returns the default of its row;
+    /// without a default it is required. After an error, returns the default, or else 1.
     pub fn volume_or_spectrum(&mut self, name: &str) -> Input<'a> {
         self.input(PluginKind::Volume, name)
     }
 
-    /// A spectrum or a nested texture. Without it, the default of its row; where there is none, it must be given.
-    /// After an error, the default, or else 1.
+    /// Reads a spectrum or a nested texture. If it is absent, returns the default of its row;
+    /// without a default it is required. After an error, returns the default, or else 1.
     pub fn texture_or_spectrum(&mut self, name: &str) -> Input<'a> {
         self.input(PluginKind::Texture, name)
     }
 
-    /// A number within the limits of its row or a nested texture. Without it and after an error, the default of its
-    /// row.
+    /// Reads a number within the limits of its row, or a nested texture. If it is absent or after
+    /// an error, returns the default of its row.
     pub(crate) fn texture_or_float(&mut self, name: &str) -> Input<'a> {
         if let Some(input) = self.computed_spectrum(name) {
             return input;
@@ -112,7 +112,8 @@ impl<'a> Query<'a, '_> {
         }
     }
 
-    /// The child of a kind that stands in the place of a parameter. Mitsuba's textures may be written as spectra.
+    /// Returns the child of a kind that replaces a parameter. Mitsuba's textures may be written as
+    /// spectra.
     pub(crate) fn stand_in(
         &mut self,
         kind: PluginKind,
@@ -126,21 +127,21 @@ impl<'a> Query<'a, '_> {
         Some(&child.object)
     }
 
-    /// Warns of a child that counts for nothing.
+    /// Warns about a child without effect.
     pub(crate) fn ignored_child(&mut self, child: &ObjectDescription, why: &str) {
         let message = format!("{} {why}", child.label());
         self.diagnostics
             .push(lints::warning(lints::IGNORED, message).at(&child.location));
     }
 
-    /// Takes note that the child in this role was asked for.
+    /// Marks the child in a role as used.
     pub(super) fn use_child(&mut self, name: &str) {
         if let Some(index) = self.child_index(name) {
             self.used_children[index] = true;
         }
     }
 
-    /// Indices of the children of a kind that nobody has asked for yet.
+    /// Returns the indices of the children of a kind that have not been queried.
     fn unused_of(&self, kind: PluginKind) -> Vec<usize> {
         self.listed(kind.tag(), |plugin| plugin.takes(kind));
         let all = self.object.children.iter().enumerate();

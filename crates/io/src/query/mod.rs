@@ -1,9 +1,10 @@
-//! Asking an object for its parameters and children.
+//! Queries of an object for its parameters and children.
 //!
-//! A [`Query`] answers questions such as "the float `g`", whose limits and default stand in the table of plugins
-//! ([`crate::schema`]). What is missing, of the wrong type or out of range is reported where it was written, and a harmless
-//! value is returned, so that one pass finds every mistake. [`Query::finish`] reports what nobody
-//! asked for: the misspelt names.
+//! A [`Query`] reads parameters such as the float `g`. Their limits and defaults stand in the table
+//! of plugins ([`crate::schema`]). If a parameter is missing, of the wrong type or out of range,
+//! the query reports the error at its place. It then returns a harmless value, so that one pass
+//! finds all mistakes. [`Query::finish`] reports parameters that were not queried: the misspelt
+//! names.
 //!
 //! ```
 //! use morgana_io::{Diagnostics, Query, xml};
@@ -37,18 +38,18 @@ use crate::scene::{Child, ObjectDescription, PluginKind, Property, Value};
 use crate::schema;
 use transport::scene::Lint;
 
-/// Questions to one object. Call [`Query::finish`] at the end.
+/// Query of one object. Call [`Query::finish`] at the end.
 #[derive(Debug)]
 pub struct Query<'a, 'd> {
     object: &'a ObjectDescription,
     diagnostics: &'d mut Diagnostics,
-    /// Names that were asked for, found or not.
+    /// Names that were queried, found or not.
     asked: BTreeSet<String>,
     used_children: Vec<bool>,
 }
 
 impl<'a, 'd> Query<'a, 'd> {
-    /// Begins asking `object`; mistakes go to `diagnostics`.
+    /// Starts a query of `object`. Errors go to `diagnostics`.
     pub fn new(object: &'a ObjectDescription, diagnostics: &'d mut Diagnostics) -> Self {
         let used_children = vec![false; object.children.len()];
         Query {
@@ -59,24 +60,25 @@ impl<'a, 'd> Query<'a, 'd> {
         }
     }
 
-    /// The object that is asked.
+    /// Returns the object.
     pub fn object(&self) -> &'a ObjectDescription {
         self.object
     }
 
-    /// Whether the object has a parameter or a child with this name. Counts as asking for it.
+    /// True if the object has a parameter or a child with this name. Marks the name as queried.
     pub fn has(&mut self, name: &str) -> bool {
         self.property(name).is_some() || self.named_child(name).is_some()
     }
 
-    /// Reports an error at the value of a parameter, or at the object if it has none by that name.
+    /// Reports an error at the value of a parameter, or at the object if it has no parameter of
+    /// that name.
     pub fn error(&mut self, name: &str, message: impl Into<String>) {
         let location = self.location_of(name).clone();
         self.diagnostics
             .push(Diagnostic::error(message).at(&location));
     }
 
-    /// Reports an error as [`Query::error`] does, with advice.
+    /// Reports an error with advice, at the same place as [`Query::error`].
     pub(crate) fn helped_error(
         &mut self,
         name: &str,
@@ -94,8 +96,9 @@ impl<'a, 'd> Query<'a, 'd> {
             .push(Diagnostic::error(message).at(location));
     }
 
-    /// Reports an error at a span of bytes of a text that a parameter holds. Where the text is not written as it is, because
-    /// parameters or escapes stand in it, the message says which characters are meant.
+    /// Reports an error at a span of bytes of a text that a parameter holds. If the file contains
+    /// the text in another form, with parameters or escapes, the message gives the position of the
+    /// character instead.
     pub(crate) fn error_within(
         &mut self,
         name: &str,
@@ -116,14 +119,16 @@ impl<'a, 'd> Query<'a, 'd> {
         self.diagnostics.push(error.help(help));
     }
 
-    /// Reports a warning of a check at the value of a parameter, or at the object if it has none by that name.
+    /// Reports a warning of a check at the value of a parameter, or at the object if it has no
+    /// parameter of that name.
     pub fn warning(&mut self, lint: Lint, name: &str, message: impl Into<String>) {
         let location = self.location_of(name).clone();
         self.diagnostics
             .push(lints::warning(lint, message).at(&location));
     }
 
-    /// Reports a note of a check at the value of a parameter, or at the object if it has none by that name.
+    /// Reports a note of a check at the value of a parameter, or at the object if it has no
+    /// parameter of that name.
     pub(crate) fn note(&mut self, lint: Lint, name: &str, message: impl Into<String>) {
         let location = self.location_of(name).clone();
         self.diagnostics
@@ -135,7 +140,8 @@ impl<'a, 'd> Query<'a, 'd> {
         self.error(name, error.to_string());
     }
 
-    /// Asks a nested object; whatever it has that was not asked for is reported.
+    /// Queries a nested object with `ask`. Reports all of its parameters and children that `ask`
+    /// does not query.
     pub fn nested<T>(
         &mut self,
         object: &'a ObjectDescription,
@@ -158,7 +164,8 @@ impl<'a, 'd> Query<'a, 'd> {
         location.unwrap_or(&self.object.location)
     }
 
-    /// Asserts that the table lists what is asked for: a plugin that has grown must be listed anew.
+    /// Asserts that the table of plugins lists a queried name. A new parameter of a plugin must be
+    /// listed.
     fn listed(&self, what: &str, is_listed: impl FnOnce(&schema::Plugin) -> bool) {
         debug_assert!(
             schema::find(self.object.kind, &self.object.plugin).is_none_or(is_listed),
@@ -167,14 +174,14 @@ impl<'a, 'd> Query<'a, 'd> {
         );
     }
 
-    /// The parameter with this name.
+    /// Returns the parameter with this name.
     fn property(&mut self, name: &str) -> Option<&'a Property> {
         self.listed(name, |plugin| plugin.has(name));
         self.asked.insert(name.to_owned());
         self.object.properties.iter().find(|p| p.name == name)
     }
 
-    /// The child in this role.
+    /// Returns the child in this role.
     fn named_child(&mut self, name: &str) -> Option<&'a Child> {
         self.listed(name, |plugin| plugin.has(name));
         self.asked.insert(name.to_owned());
@@ -184,8 +191,8 @@ impl<'a, 'd> Query<'a, 'd> {
             .find(|c| c.name.as_deref() == Some(name))
     }
 
-    /// The parameter with this name as a `T`. One of another type is reported, as is a child in
-    /// its place.
+    /// Returns the parameter with this name as a `T`. Reports a parameter of another type, or a
+    /// child in its place.
     fn convert<T>(
         &mut self,
         name: &str,
@@ -216,7 +223,7 @@ impl<'a, 'd> Query<'a, 'd> {
             .position(|c| c.name.as_deref() == Some(name))
     }
 
-    /// How messages call objects of a kind.
+    /// Returns the name of a kind of objects in messages.
     fn element(&self, kind: PluginKind) -> String {
         words::element(kind.tag(), &self.object.location)
     }
@@ -241,7 +248,8 @@ impl<'a, 'd> Query<'a, 'd> {
         );
     }
 
-    /// The value found, the default, or a harmless value after reporting that it is missing.
+    /// Returns the value found or the default. Without both, reports a missing parameter and
+    /// returns `harmless`.
     fn settle<T>(
         &mut self,
         name: &str,
@@ -262,15 +270,15 @@ impl<'a, 'd> Query<'a, 'd> {
     }
 }
 
-/// The outcome of looking for a parameter.
+/// Result of looking for a parameter.
 enum Lookup<'a, T> {
     Found(T, &'a Location),
-    /// Reported already.
+    /// Value of a wrong type or out of range, already reported.
     Wrong,
     Absent,
 }
 
-/// Reports that an object's `type` is none of its kind.
+/// Reports that the `type` of an object is unknown for its kind.
 pub fn unknown_plugin(object: &ObjectDescription, diagnostics: &mut Diagnostics) {
     let known: Vec<&str> = schema::plugins(object.kind)
         .iter()
@@ -279,7 +287,7 @@ pub fn unknown_plugin(object: &ObjectDescription, diagnostics: &mut Diagnostics)
     misplaced_plugin(object, &known, diagnostics);
 }
 
-/// Reports that an object's `type` is none of those that may be in its place.
+/// Reports that the `type` of an object is none of the types allowed in its place.
 pub fn misplaced_plugin(object: &ObjectDescription, known: &[&str], diagnostics: &mut Diagnostics) {
     let listed = |name: &&str| schema::find(object.kind, name).is_some();
     debug_assert!(

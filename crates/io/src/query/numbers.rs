@@ -1,4 +1,4 @@
-//! Numbers, flags and texts.
+//! Queries for numbers, booleans and texts.
 
 use eikonal::Shown;
 use std::ops::{Bound, RangeBounds};
@@ -31,8 +31,8 @@ fn as_string(value: &Value) -> Option<String> {
 }
 
 impl<'a> Query<'a, '_> {
-    /// Row of the table for a parameter of this object: its limits and its default. Types that the table does not list
-    /// take the row of another type of their kind.
+    /// Returns the row of the table for a parameter of this object: its limits and its default. A
+    /// type that the table does not list takes the row of another type of its kind.
     pub(super) fn row(&self, name: &str) -> Parameter {
         let kind = self.object.kind;
         // Spectra may be written as textures.
@@ -47,30 +47,32 @@ impl<'a> Query<'a, '_> {
         row.copied().unwrap_or(Parameter::UNLISTED)
     }
 
-    /// NumberRange of a parameter, by its row.
+    /// Returns the limits of a parameter, from its row.
     pub(crate) fn limits(&self, name: &str) -> NumberRange {
         self.row(name).limits
     }
 
-    /// A number within the limits of its row. Without it, the default of its row; where that is no number, the
-    /// parameter must be given. After an error, the default, or else 1.
+    /// Reads a number within the limits of its row. If it is absent, returns the default of its
+    /// row; without a default it is required. After an error, returns the default, or else 1.
     pub fn float(&mut self, name: &str) -> f64 {
         let row = self.row(name);
         self.float_within(name, row.limits, row.default.number())
     }
 
-    /// A number within the limits of its row, or a default that depends on other parameters.
+    /// Reads a number within the limits of its row. If it is absent or after an error, returns
+    /// `default`, which may depend on other parameters.
     pub fn float_or(&mut self, name: &str, default: f64) -> f64 {
         self.float_within(name, self.row(name).limits, default)
     }
 
-    /// A number within the limits of its row, if it is given; after an error, the default of its row, or else 1.
+    /// Reads a number within the limits of its row, if it is given. After an error, returns the
+    /// default of its row, or else 1.
     pub fn float_if_given(&mut self, name: &str) -> Option<f64> {
         self.has(name).then(|| self.float(name))
     }
 
-    /// A number within limits that depend on other parameters; with the default `None` it must be given. After an
-    /// error, the default, or else 1.
+    /// Reads a number within limits that may depend on other parameters. With the default `None` it
+    /// is required. After an error, returns the default, or else 1.
     pub fn float_within(
         &mut self,
         name: &str,
@@ -82,21 +84,22 @@ impl<'a> Query<'a, '_> {
         self.settle(name, "float", lookup, default.into(), 1.0)
     }
 
-    /// A whole number within the limits of its row. Without it, the default of its row; where that is no number, the
-    /// parameter must be given. After an error, the default, or else 1.
+    /// Reads an integer within the limits of its row. If it is absent, returns the default of its
+    /// row; without a default it is required. After an error, returns the default, or else 1.
     pub fn integer(&mut self, name: &str) -> i64 {
         let row = self.row(name);
         let default = row.default.number().map(|number| number as i64);
         self.integer_within(name, whole(row.limits), default)
     }
 
-    /// A whole number within the limits of its row, or a default that depends on other parameters.
+    /// Reads an integer within the limits of its row. If it is absent or after an error, returns
+    /// `default`, which may depend on other parameters.
     pub fn integer_or(&mut self, name: &str, default: i64) -> i64 {
         self.integer_within(name, whole(self.row(name).limits), default)
     }
 
-    /// A whole number within limits that depend on other parameters; with the default `None` it must be given. After
-    /// an error, the default, or else 1.
+    /// Reads an integer within limits that may depend on other parameters. With the default `None`
+    /// it is required. After an error, returns the default, or else 1.
     pub fn integer_within(
         &mut self,
         name: &str,
@@ -108,8 +111,8 @@ impl<'a> Query<'a, '_> {
         self.settle(name, "integer", lookup, default.into(), 1)
     }
 
-    /// True or false. Without it, the default of its row; where that is no flag, it must be given. After an error,
-    /// the default, or else false.
+    /// Reads a boolean. If it is absent, returns the default of its row; without a default it is
+    /// required. After an error, returns the default, or else false.
     pub fn boolean(&mut self, name: &str) -> bool {
         let default = match self.row(name).default {
             Default::Flag(flag) => Some(flag),
@@ -125,21 +128,23 @@ impl<'a> Query<'a, '_> {
         )
     }
 
-    /// True or false, or a default that depends on other parameters.
+    /// Reads a boolean. If it is absent or after an error, returns `default`, which may depend on
+    /// other parameters.
     pub fn boolean_or(&mut self, name: &str, default: bool) -> bool {
         let lookup = self.boolean_lookup(name);
         self.settle(name, "boolean", lookup, Some(default), default)
     }
 
-    /// A text. Without it, the default of its row; where that is no text, it must be given. After an error, the
-    /// empty text.
+    /// Reads a text. If it is absent, returns the default of its row; without a default it is
+    /// required. After an error, returns the default, or else the empty text.
     pub fn string(&mut self, name: &str) -> String {
         let default = self.row(name).default.text().map(str::to_owned);
         let lookup = self.convert(name, "string", as_string);
         self.settle(name, "string", lookup, default, String::new())
     }
 
-    /// A word among the words of its row. Without it and after an error, the default of its row, or else the first word.
+    /// Reads one of the words of its row. If it is absent or after an error, returns the default of
+    /// its row, or else the first word.
     pub fn word(&mut self, name: &str) -> &'static str {
         let row = self.row(name);
         let words = match row.value {
@@ -188,12 +193,12 @@ impl<'a> Query<'a, '_> {
     }
 }
 
-/// NumberRange of whole numbers.
+/// Converts limits to a range of integers.
 fn whole(limits: NumberRange) -> (Bound<i64>, Bound<i64>) {
     (limits.low.map(|v| v as i64), limits.high.map(|v| v as i64))
 }
 
-/// A range in words, for example `at least 0 and less than 1`.
+/// Returns a range in words, for example `at least 0 and less than 1`.
 fn describe<T>(range: &impl RangeBounds<T>, show: impl Fn(&T) -> String) -> String {
     let low = match range.start_bound() {
         Bound::Included(v) => format!("at least {}", show(v)),

@@ -1,19 +1,19 @@
-//! Spectra, given as values or by plugins that compute them.
+//! Queries for spectra, given as values or by plugins that compute them.
 
 use super::values::as_spectrum;
 use super::{Input, Lookup, Query, unknown_plugin};
 use crate::scene::{PluginKind, SpectrumValue, Value};
 use crate::schema;
 
-/// Ends of the range of wavelengths.
+/// Names of the parameters that bound the range of wavelengths.
 const ENDS: [&str; 2] = ["wavelength_min", "wavelength_max"];
 
-/// After an error.
+/// Spectrum returned after an error.
 const HARMLESS: SpectrumValue = SpectrumValue::Uniform(1.0);
 
 impl<'a> Query<'a, '_> {
-    /// A spectrum, colour or plain number. Without it, the default of its row; where there is none, it must be given.
-    /// After an error, the default, or else 1.
+    /// Reads a spectrum, colour or plain number. If it is absent, returns the default of its row;
+    /// without a default it is required. After an error, returns the default, or else 1.
     pub fn spectrum(&mut self, name: &str) -> SpectrumValue {
         match self.computed_spectrum(name) {
             Some(Input::Spectrum(value)) => value,
@@ -31,13 +31,13 @@ impl<'a> Query<'a, '_> {
         }
     }
 
-    /// Default of a spectrum, by its row.
+    /// Returns the default of a spectrum, from its row.
     fn uniform(&self, name: &str) -> Option<SpectrumValue> {
         self.row(name).default.number().map(SpectrumValue::Uniform)
     }
 
-    /// A spectrum, or a nested object of a kind. Without it, the default of its row; where there is none, it must be
-    /// given. After an error, the default, or else 1.
+    /// Reads a spectrum, or a nested object of a kind. If it is absent, returns the default of its
+    /// row; without a default it is required. After an error, returns the default, or else 1.
     pub(super) fn input(&mut self, kind: PluginKind, name: &str) -> Input<'a> {
         if let Some(input) = self.computed_spectrum(name) {
             return input;
@@ -50,7 +50,8 @@ impl<'a> Query<'a, '_> {
         Input::Spectrum(self.settle(name, "spectrum", lookup, self.uniform(name), HARMLESS))
     }
 
-    /// What a plugin in the place of a parameter computes, if it is one of spectra: Mitsuba's are textures, too.
+    /// Returns the spectrum that a plugin in the place of a parameter computes, if it is a plugin
+    /// for spectra. In Mitsuba, spectra are textures, too.
     pub(super) fn computed_spectrum(&mut self, name: &str) -> Option<Input<'a>> {
         let object = &self.named_child(name)?.object;
         let known = schema::find(PluginKind::Spectrum, &object.plugin).is_some();
@@ -68,7 +69,7 @@ impl<'a> Query<'a, '_> {
         Some(Input::Spectrum(HARMLESS))
     }
 
-    /// The spectrum that this plugin computes.
+    /// Computes the spectrum of this plugin.
     fn computed(&mut self) -> Input<'a> {
         let range = |q: &mut Self| ENDS.map(|name| q.float(name));
         Input::Spectrum(match self.object.plugin.as_str() {
@@ -98,7 +99,7 @@ impl<'a> Query<'a, '_> {
         })
     }
 
-    /// D65, or it times a colour or texture: white of a colour film is D65.
+    /// Computes D65, or D65 times a colour or texture. White of a colour film is D65.
     fn daylight(&mut self) -> Input<'a> {
         let scale = self.float("scale");
         let texture = self.child(PluginKind::Texture);
@@ -123,7 +124,7 @@ impl<'a> Query<'a, '_> {
         })
     }
 
-    /// Values at even distances.
+    /// Reads values at equidistant wavelengths.
     fn regular(&mut self) -> SpectrumValue {
         let [min, max] = ENDS.map(|name| self.float(name));
         let values = self.numbers("values");
@@ -138,7 +139,7 @@ impl<'a> Query<'a, '_> {
         SpectrumValue::Sampled(pairs.map(|(i, v)| (min + step * i as f64, *v)).collect())
     }
 
-    /// Values at wavelengths of their own.
+    /// Reads values at given wavelengths.
     fn irregular(&mut self) -> SpectrumValue {
         let (wavelengths, values) = (self.numbers("wavelengths"), self.numbers("values"));
         let increasing = wavelengths.is_sorted_by(|a, b| a < b);
@@ -151,7 +152,7 @@ impl<'a> Query<'a, '_> {
         SpectrumValue::Sampled(wavelengths.into_iter().zip(values).collect())
     }
 
-    /// Numbers as they are.
+    /// Reads numbers without conversion.
     fn raw(&mut self) -> SpectrumValue {
         let lookup = self.convert("value", "float or vector", |value| match value {
             Value::Vector(v) | Value::Point(v) => Some(SpectrumValue::Rgb(v.to_array())),
@@ -160,7 +161,7 @@ impl<'a> Query<'a, '_> {
         self.settle("value", "float", lookup, None, HARMLESS)
     }
 
-    /// Numbers in a text, finite ones.
+    /// Reads a list of finite numbers from a text.
     pub(crate) fn numbers(&mut self, name: &str) -> Vec<f64> {
         let text = self.string(name);
         let words = text.split([' ', ',', '\t', '\n', '\r']);

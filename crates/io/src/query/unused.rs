@@ -1,4 +1,4 @@
-//! What an object says that nobody asked for.
+//! Report of parameters and children that were not queried.
 
 use std::collections::BTreeSet;
 
@@ -8,12 +8,12 @@ use crate::scene::{Child, Property};
 use crate::schema;
 
 impl Query<'_, '_> {
-    /// Reports every parameter and child that was not asked for, with the name that may have been
+    /// Reports every parameter and child that was not queried, with a similar name that may be
     /// meant.
     ///
-    /// `also_known` names what the plugin knows but did not ask for this time, for example because
-    /// another parameter rules it out: such parameters only draw a warning that they have no
-    /// effect. Nothing is said of an unknown plugin, which is reported as such.
+    /// `also_known` lists parameters that the plugin knows but did not query this time, for example
+    /// because another parameter excludes them. Such parameters cause only a warning that they have
+    /// no effect. Unknown plugins are skipped, because they have their own error.
     pub fn finish(self, also_known: &[&str]) {
         if schema::find(self.object.kind, &self.object.plugin).is_none() {
             return;
@@ -52,7 +52,7 @@ impl Query<'_, '_> {
         }
         let plugin = schema::find(self.object.kind, &self.object.plugin);
         if let Some(known) = plugin.and_then(|p| p.parameters().find(|p| p.name == name)) {
-            // Other parameters, or their absence, rule it out.
+            // Other parameters, or their absence, exclude it.
             let message = format!("{label} does not use '{name}' here");
             return Diagnostic::error(message)
                 .help(format!("{name}: {}", known.help))

@@ -1,4 +1,4 @@
-//! Points, vectors, spectra, transforms and paths.
+//! Queries for points, vectors, spectra, transforms and paths.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -16,7 +16,7 @@ fn as_triple(value: &Value) -> Option<DVec3> {
     }
 }
 
-/// A plain number counts as a uniform spectrum.
+/// Converts a value to a spectrum. A plain number counts as a uniform spectrum.
 pub(super) fn as_spectrum(value: &Value) -> Option<SpectrumValue> {
     match value {
         Value::Spectrum(v) => Some(v.clone()),
@@ -34,14 +34,14 @@ fn as_transform(value: &Value) -> Option<DMat4> {
 }
 
 impl Query<'_, '_> {
-    /// A position. Without it, the default of its row; where there is none, it must be given. After an error, the
-    /// default, or else the origin.
+    /// Reads a position. If it is absent, returns the default of its row; without a default it is
+    /// required. After an error, returns the default, or else the origin.
     pub fn point(&mut self, name: &str) -> DVec3 {
         self.triple(name, "point", DVec3::ZERO)
     }
 
-    /// A direction or displacement. Without it, the default of its row; where there is none, it must be given. After
-    /// an error, the default, or else the z axis.
+    /// Reads a direction or displacement. If it is absent, returns the default of its row; without
+    /// a default it is required. After an error, returns the default, or else the z axis.
     pub fn vector(&mut self, name: &str) -> DVec3 {
         self.triple(name, "vector", DVec3::Z)
     }
@@ -52,19 +52,21 @@ impl Query<'_, '_> {
         self.settle(name, expected, lookup, default, harmless)
     }
 
-    /// A position, or a default that depends on other parameters.
+    /// Reads a position. If it is absent or after an error, returns `default`, which may depend on
+    /// other parameters.
     pub fn point_or(&mut self, name: &str, default: DVec3) -> DVec3 {
         let lookup = self.convert(name, "point", as_triple);
         self.settle(name, "point", lookup, Some(default), default)
     }
 
-    /// A direction or displacement, or a default that depends on other parameters.
+    /// Reads a direction or displacement. If it is absent or after an error, returns `default`,
+    /// which may depend on other parameters.
     pub fn vector_or(&mut self, name: &str, default: DVec3) -> DVec3 {
         let lookup = self.convert(name, "vector", as_triple);
         self.settle(name, "vector", lookup, Some(default), default)
     }
 
-    /// A transform; the identity if it is not there.
+    /// Reads a transform. If it is absent or after an error, returns the identity.
     pub fn transform(&mut self, name: &str) -> DMat4 {
         let lookup = self.convert(name, "transform", as_transform);
         self.settle(
@@ -76,7 +78,7 @@ impl Query<'_, '_> {
         )
     }
 
-    /// An array of real numbers, if there is one.
+    /// Reads an array of real numbers, if there is one.
     pub fn tensor(&mut self, name: &str) -> Option<Arc<Tensor>> {
         let tensor = self.complex_tensor(name)?;
         if tensor.is_complex() {
@@ -88,7 +90,7 @@ impl Query<'_, '_> {
         Some(tensor)
     }
 
-    /// An array of numbers, which may be complex, if there is one.
+    /// Reads an array of numbers, which may be complex, if there is one.
     pub(crate) fn complex_tensor(&mut self, name: &str) -> Option<Arc<Tensor>> {
         let lookup = self.convert(name, "array", |value| match value {
             Value::Tensor(v) => Some(v.clone()),
@@ -100,7 +102,7 @@ impl Query<'_, '_> {
         }
     }
 
-    /// An array of numbers that must be there.
+    /// Reads an array of numbers that is required.
     pub(crate) fn required_tensor(&mut self, name: &str) -> Option<Arc<Tensor>> {
         if !self.has(name) {
             self.missing(name, "array");
@@ -108,8 +110,9 @@ impl Query<'_, '_> {
         self.tensor(name)
     }
 
-    /// The path of a data file that must be named. A relative path starts at the file in which it
-    /// is written. The path is added to `files`. After an error, the empty path.
+    /// Reads the path of a data file, which is required, and adds the path to `files`. A relative
+    /// path starts at the folder of the file in which it is written. After an error, returns the
+    /// empty path.
     pub fn path(&mut self, name: &str, files: &mut FileRegistry) -> PathBuf {
         let lookup = self.convert(name, "string", |value| match value {
             Value::String(v) => Some(v.clone()),
@@ -123,8 +126,9 @@ impl Query<'_, '_> {
     }
 }
 
-/// The path of a data file by its name as written in some place. A relative one starts at the folder of the file in
-/// which it is written, or at one of the folders that `files` searches. The path is added to `files`.
+/// Returns the path of a data file from its name at some place in a scene file, and adds the path
+/// to `files`. A relative path starts at the folder of the scene file, or at one of the folders
+/// that `files` searches.
 pub(crate) fn resolve(written: &str, location: &Location, files: &mut FileRegistry) -> PathBuf {
     files.resolve(written, location.source().directory())
 }
