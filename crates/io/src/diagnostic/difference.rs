@@ -1,11 +1,11 @@
-//! Where Mitsuba 3.9.1 would render a scene otherwise, on purpose: the rows of `docs/mitsuba.md`.
+//! Deliberate differences from Mitsuba 3.9.1: the rows of `docs/mitsuba.md`.
 
-/// A deliberate difference from Mitsuba.
+/// Deliberate difference from Mitsuba.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Difference {
-    /// Its name: the first column of `docs/mitsuba.md`.
+    /// Topic, as in the first column of `docs/mitsuba.md`.
     pub topic: &'static str,
-    /// What is done here, and what there.
+    /// Behaviour of morgana and of Mitsuba.
     pub text: &'static str,
 }
 
@@ -14,7 +14,7 @@ macro_rules! differences {
         $(pub(crate) const $name: Difference = Difference { topic: $topic, text: $text };)*
 
         impl Difference {
-            /// All there are.
+            /// List of all differences.
             pub const ALL: &'static [Difference] = &[$($name),*];
         }
     };

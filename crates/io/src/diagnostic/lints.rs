@@ -1,4 +1,4 @@
-//! Checks of scenes that warn, each with the name by which users silence it.
+//! Checks that warn about scenes. Users silence a check by its name.
 
 use super::{Diagnostic, suggest};
 use transport::lints;
@@ -45,17 +45,17 @@ lints! {
     UNREFERENCED: "unreferenced", "Definitions to which nothing refers.";
 }
 
-/// All checks, in the order of their names.
+/// Returns all checks, in the order of their names.
 pub fn all() -> Vec<Lint> {
     let mut all = [ALL, transport::scene::lint::ALL].concat();
     all.sort();
     all
 }
 
-/// The check of a name.
+/// Returns the check of a name.
 ///
 /// # Errors
-/// A message with the names that are known.
+/// Message with the known names.
 pub fn named(name: &str) -> Result<Lint, String> {
     let all = all();
     if let Some(lint) = all.iter().find(|lint| lint.name == name) {
@@ -67,12 +67,12 @@ pub fn named(name: &str) -> Result<Lint, String> {
     Err(format!("no check of scenes is named '{name}': {advice}"))
 }
 
-/// A warning of a check.
+/// Makes a warning of a check.
 pub(crate) fn warning(lint: Lint, message: impl Into<String>) -> Diagnostic {
     Diagnostic::warning(message).of(lint)
 }
 
-/// A problem of a scene, without its place.
+/// Converts a problem of a scene to a diagnostic without a place.
 pub(crate) fn of_scene(problem: &SceneProblem) -> Diagnostic {
     let message = problem.message.clone();
     let diagnostic = match problem.severity {
@@ -82,7 +82,7 @@ pub(crate) fn of_scene(problem: &SceneProblem) -> Diagnostic {
     diagnostic.help(problem.help.clone())
 }
 
-/// A note of a check.
+/// Makes a note of a check.
 pub(crate) fn note(lint: Lint, message: impl Into<String>) -> Diagnostic {
     Diagnostic::note(message).of(lint)
 }

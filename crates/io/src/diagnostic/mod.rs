@@ -1,4 +1,4 @@
-//! Messages to the user: what is wrong, where it was written, and what may have been meant.
+//! Messages to the user: the problem, its place in the file, and a probable correction.
 
 pub(crate) mod difference;
 pub mod lints;
@@ -17,17 +17,17 @@ use std::collections::BTreeSet;
 use std::fmt;
 use transport::scene::Lint;
 
-/// Diagnostics kept in a [`Diagnostics`]; later ones are only counted.
+/// Maximum number of diagnostics kept in a [`Diagnostics`]; later ones are only counted.
 const CAPACITY: usize = 100;
 
-/// How bad it is.
+/// Severity of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Severity {
-    /// The scene cannot be used.
+    /// Error: the scene cannot be used.
     Error,
-    /// The scene can be used but may not be what was meant.
+    /// Warning: the scene can be used but is probably not as intended.
     Warning,
-    /// The scene is used as it was meant, but not quite as it was written.
+    /// Note: the scene is used as intended, but not exactly as written.
     Note,
 }
 
@@ -41,18 +41,18 @@ impl fmt::Display for Severity {
     }
 }
 
-/// One message.
+/// Message to the user.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Diagnostic {
-    /// How bad it is.
+    /// Severity of the message.
     pub severity: Severity,
-    /// What is wrong, in one line.
+    /// Problem, in one line.
     pub message: String,
-    /// What to do about it.
+    /// Advice.
     pub help: Option<String>,
-    /// Where it was written.
+    /// Place in the source.
     pub location: Option<Location>,
-    /// Check that found it, for warnings and notes that users can silence.
+    /// Check that found the problem, for warnings and notes that users can silence.
     pub lint: Option<Lint>,
 }
 
@@ -63,7 +63,7 @@ impl From<formats::FileError> for Diagnostic {
 }
 
 impl Diagnostic {
-    /// An error without a place.
+    /// Makes an error without a place.
     pub fn error(message: impl Into<String>) -> Self {
         Diagnostic {
             severity: Severity::Error,
@@ -74,7 +74,7 @@ impl Diagnostic {
         }
     }
 
-    /// A warning without a place.
+    /// Makes a warning without a place.
     pub fn warning(message: impl Into<String>) -> Self {
         Diagnostic {
             severity: Severity::Warning,
@@ -82,7 +82,7 @@ impl Diagnostic {
         }
     }
 
-    /// A note without a place.
+    /// Makes a note without a place.
     pub fn note(message: impl Into<String>) -> Self {
         Diagnostic {
             severity: Severity::Note,
@@ -90,28 +90,29 @@ impl Diagnostic {
         }
     }
 
-    /// The message as one of a check, by whose name users silence it.
+    /// Assigns the message to a check, by whose name users silence it.
     pub fn of(mut self, lint: Lint) -> Self {
         self.lint = Some(lint);
         self
     }
 
-    /// The same message at `location`.
+    /// Sets the place of the message.
     pub fn at(mut self, location: &Location) -> Self {
         self.location = Some(location.clone());
         self
     }
 
-    /// The same message with advice; `None` leaves it as it is.
+    /// Sets the advice; `None` changes nothing.
     pub fn help(mut self, help: impl Into<Option<String>>) -> Self {
         self.help = help.into().or(self.help);
         self
     }
 }
 
-/// A collection of messages, so that several mistakes are reported at once.
+/// Collection of messages, so that several mistakes are reported at once.
 ///
-/// Only the first hundred are kept; the others are counted. What was said already of the same place is not said again.
+/// It keeps the first hundred messages and counts the others. It ignores a message that it already
+/// holds.
 #[derive(Clone, Debug, Default)]
 pub struct Diagnostics {
     items: Vec<Diagnostic>,
@@ -122,12 +123,12 @@ pub struct Diagnostics {
 }
 
 impl Diagnostics {
-    /// An empty collection.
+    /// Makes an empty collection.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Removes the messages of some checks, and takes no more of them.
+    /// Removes the messages of some checks, and ignores further ones.
     pub fn silence(&mut self, lints: &[Lint]) {
         self.silenced.extend(lints);
         let silenced = &self.silenced;
@@ -135,7 +136,7 @@ impl Diagnostics {
             .retain(|d| d.lint.is_none_or(|lint| !silenced.contains(&lint)));
     }
 
-    /// An empty collection that silences the same checks.
+    /// Makes an empty collection that silences the checks that this collection silences.
     pub fn emptied(&self) -> Self {
         Diagnostics {
             silenced: self.silenced.clone(),
@@ -143,7 +144,7 @@ impl Diagnostics {
         }
     }
 
-    /// Adds a message, unless it is there or its check is silenced.
+    /// Adds a message, unless the collection holds it or its check is silenced.
     pub fn push(&mut self, diagnostic: impl Into<Diagnostic>) {
         let diagnostic = diagnostic.into();
         let silenced = diagnostic
@@ -160,18 +161,18 @@ impl Diagnostics {
         }
     }
 
-    /// Takes note of a deliberate difference from Mitsuba, which is no message.
+    /// Records a deliberate difference from Mitsuba, which is not a message.
     pub(crate) fn differ(&mut self, difference: Difference) {
         self.differences.insert(difference);
     }
 
-    /// The differences from Mitsuba that reading has met.
+    /// Returns the differences from Mitsuba that were found while reading.
     pub(crate) fn differences(&self) -> &BTreeSet<Difference> {
         &self.differences
     }
 
-    /// Like [`suggest`], but without the search once no more messages are kept: thousands of
-    /// mistakes with thousands of candidates each would take minutes.
+    /// Suggests a name like [`suggest`], or returns `None` if the collection is full: searches for
+    /// thousands of mistakes among thousands of candidates would take minutes.
     pub fn suggest<'a>(
         &self,
         name: &str,
@@ -184,27 +185,27 @@ impl Diagnostics {
         }
     }
 
-    /// Whether any message is an error.
+    /// True if any message is an error.
     pub fn has_errors(&self) -> bool {
         self.errors > 0
     }
 
-    /// Number of errors, including those that were not kept.
+    /// Returns the number of errors, including errors that were not kept.
     pub fn error_count(&self) -> usize {
         self.errors
     }
 
-    /// Whether there is no message at all.
+    /// True if there is no message.
     pub fn is_empty(&self) -> bool {
         self.items.is_empty()
     }
 
-    /// The messages that were kept, in the order in which they were found.
+    /// Returns the messages that were kept, in the order in which they were found.
     pub fn iter(&self) -> std::slice::Iter<'_, Diagnostic> {
         self.items.iter()
     }
 
-    /// All messages as text for a terminal or a log, each with its line of the source.
+    /// Returns all messages as text for a terminal or a log, each with its line of the source.
     pub fn render(&self, style: Style) -> String {
         let mut out = String::new();
         for diagnostic in &self.items {

@@ -1,23 +1,24 @@
-//! Diagnostics as text: the message, the line of the source, a caret, advice.
+//! Diagnostics as text: the message, the line of the source, a caret, and advice.
 
 use super::{Diagnostic, Location, Severity};
 use formats::escape::{drives, escaped};
 use unicode_width::UnicodeWidthStr;
 
-/// Characters of a source line shown at most.
+/// Maximum number of characters of a source line that are shown.
 const WIDTH: usize = 120;
 
-/// Whether to use colours.
+/// Style of text output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Style {
     /// Text only: for files, logs and tests.
     Plain,
-    /// ANSI colours.
+    /// Text with ANSI colours.
     Colour,
 }
 
 impl Style {
-    /// Colours on a terminal, unless the environment variable `NO_COLOR` is set to something.
+    /// Returns colours for a terminal, unless the environment variable `NO_COLOR` is set to a
+    /// non-empty value.
     pub fn detect(is_terminal: bool) -> Self {
         let refused = std::env::var_os("NO_COLOR").is_some_and(|v| !v.is_empty());
         if is_terminal && !refused {
@@ -79,7 +80,7 @@ fn snippet(out: &mut String, location: &Location, margin: usize, colour: &str, s
     let from = window_start(column, length, line.len());
     let part = |from, length| printable(line.iter().skip(from).take(length));
     let length = length.min(WIDTH - (column - from).min(WIDTH - 1));
-    // Characters of Chinese, Japanese and Korean take two cells.
+    // Chinese, Japanese and Korean characters take two cells.
     let covered = part(column, length).width().max(1);
     let carets = style.paint(colour, &"^".repeat(covered));
     let (number, indent) = (location.line(), part(from, column - from).width());
@@ -93,7 +94,7 @@ fn snippet(out: &mut String, location: &Location, margin: usize, colour: &str, s
     out.push_str(&format!("{:margin$} {bar} {:indent$}{carets}\n", "", ""));
 }
 
-/// First character to show of a long line, so that the marked part is seen.
+/// Returns the first character to show of a long line, so that the marked part is visible.
 fn window_start(column: usize, length: usize, total: usize) -> usize {
     if total <= WIDTH || column + length <= WIDTH {
         return 0;
@@ -103,7 +104,8 @@ fn window_start(column: usize, length: usize, total: usize) -> usize {
         .min(total - WIDTH.min(total))
 }
 
-/// Control characters become blanks: a scene file must not be able to drive the terminal, and carets point at characters.
+/// Replaces control characters by blanks. A scene file must not control the terminal, and carets
+/// must point at the right characters.
 fn printable<'a>(text: impl Iterator<Item = &'a char>) -> String {
     text.map(|c| if drives(*c) { ' ' } else { *c }).collect()
 }

@@ -4,18 +4,18 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// A text file that diagnostics point into.
+/// Text file to which diagnostics refer.
 #[derive(Debug)]
 pub struct SourceFile {
     path: PathBuf,
     text: String,
     line_starts: Vec<usize>,
-    /// Whether lines are names of places rather than text.
+    /// True if lines are names of places rather than text.
     is_index: bool,
 }
 
 impl SourceFile {
-    /// A file with its text.
+    /// Makes a source file with its text.
     pub fn new(path: impl Into<PathBuf>, text: String) -> Arc<Self> {
         let breaks = text
             .bytes()
@@ -31,7 +31,8 @@ impl SourceFile {
         })
     }
 
-    /// Stands for a scene that is no text: a line for each place in it, to be shown as it is.
+    /// Makes a stand-in for a scene that is not text. It has one line for each place in the scene,
+    /// which is shown unchanged.
     pub fn places(places: &[String]) -> Arc<Self> {
         let mut lines = Self::new("", places.join("\n"));
         if let Some(file) = Arc::get_mut(&mut lines) {
@@ -40,27 +41,27 @@ impl SourceFile {
         lines
     }
 
-    /// The path under which the file was opened.
+    /// Returns the path under which the file was opened.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The whole text.
+    /// Returns the whole text.
     pub fn text(&self) -> &str {
         &self.text
     }
 
-    /// Whether its lines are names of places: see [`SourceFile::places`].
+    /// True if the lines are names of places: see [`SourceFile::places`].
     pub(crate) fn is_index(&self) -> bool {
         self.is_index
     }
 
-    /// The folder that relative paths in this file refer to.
+    /// Returns the folder to which relative paths in this file refer.
     pub fn directory(&self) -> &Path {
         self.path.parent().unwrap_or(Path::new(""))
     }
 
-    /// Line and column, both from 1, of a byte offset. Columns count characters.
+    /// Returns line and column of a byte offset, both counted from 1. Columns count characters.
     pub(crate) fn line_column(&self, offset: usize) -> (usize, usize) {
         let line = self.line_starts.partition_point(|&start| start <= offset);
         let start = self.line_starts[line - 1];
@@ -68,7 +69,7 @@ impl SourceFile {
         (line, before.chars().count() + 1)
     }
 
-    /// The text of a line (from 1) without its line break; empty outside the file.
+    /// Returns the text of a line (counted from 1) without its line break; empty outside the file.
     pub fn line(&self, line: usize) -> &str {
         let Some(&start) = line.checked_sub(1).and_then(|i| self.line_starts.get(i)) else {
             return "";
@@ -77,7 +78,7 @@ impl SourceFile {
         rest.lines().next().unwrap_or("")
     }
 
-    /// Byte offset of a line and column, both from 1, clamped to the text.
+    /// Returns the byte offset of a line and column, both counted from 1, clamped to the text.
     pub(crate) fn offset(&self, line: usize, column: usize) -> usize {
         let start = self.line_starts.get(line.saturating_sub(1)).copied();
         let start = start.unwrap_or(self.text.len());
@@ -87,7 +88,7 @@ impl SourceFile {
     }
 }
 
-/// A span of a source file.
+/// Span of a source file.
 #[derive(Clone)]
 pub struct Location {
     source: Arc<SourceFile>,
@@ -95,7 +96,7 @@ pub struct Location {
     len: usize,
 }
 
-/// Equal if they are the same span of the same file.
+/// Locations are equal if they are equal spans of one file.
 impl PartialEq for Location {
     fn eq(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.source, &other.source) && self.span() == other.span()
@@ -103,7 +104,7 @@ impl PartialEq for Location {
 }
 
 impl Location {
-    /// The span of `len` bytes from byte `start`, clamped to the text.
+    /// Makes the span of `len` bytes from byte `start`, clamped to the text.
     pub fn new(source: &Arc<SourceFile>, start: usize, len: usize) -> Self {
         let start = start.min(source.text.len());
         let len = len.min(source.text.len() - start);
@@ -114,38 +115,39 @@ impl Location {
         }
     }
 
-    /// The file.
+    /// Returns the file.
     pub fn source(&self) -> &Arc<SourceFile> {
         &self.source
     }
 
-    /// The file's path.
+    /// Returns the path of the file.
     pub fn file(&self) -> &Path {
         self.source.path()
     }
 
-    /// Line, from 1.
+    /// Returns the line, counted from 1.
     pub fn line(&self) -> usize {
         self.source.line_column(self.start).0
     }
 
-    /// Column in characters, from 1.
+    /// Returns the column in characters, counted from 1.
     pub fn column(&self) -> usize {
         self.source.line_column(self.start).1
     }
 
-    /// Start and length in bytes.
+    /// Returns start and length in bytes.
     pub fn span(&self) -> (usize, usize) {
         (self.start, self.len)
     }
 
-    /// The place of a span of bytes of `value`, if what is written here is that value as it is.
+    /// Returns the place of a span of bytes of `value`, if this location contains `value`
+    /// unchanged.
     pub(crate) fn within(&self, value: &str, span: std::ops::Range<usize>) -> Option<Location> {
         let start = self.start + self.text().find(value)?;
         Some(Location::new(&self.source, start + span.start, span.len()))
     }
 
-    /// The text it covers; empty if the span does not begin and end between characters.
+    /// Returns the text of the span; empty if the span does not begin and end between characters.
     pub fn text(&self) -> &str {
         self.source
             .text

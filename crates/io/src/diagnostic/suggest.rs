@@ -1,9 +1,9 @@
-//! "Did you mean": the known name closest to a misspelt one.
+//! Suggestion "did you mean": the known name closest to a misspelt name.
 
-/// Similarity below which a name is no plausible misspelling.
+/// Minimum similarity of a plausible misspelling.
 const THRESHOLD: f64 = 0.8;
 
-/// The candidate most similar to `name`, if one is similar enough to be a misspelling.
+/// Returns the candidate most similar to `name`, if it is similar enough to be a misspelling.
 pub fn closest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     // Similarity is quadratic in length; no real name is this long.
     if name.len() > 100 {
@@ -15,13 +15,14 @@ pub fn closest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) ->
         .into_iter()
         .map(|c| (score(c), c))
         .filter(|(s, _)| *s >= THRESHOLD);
-    // The first of equals wins, so that the suggestion does not depend on later candidates.
+    // Of equally similar candidates, take the first, so that the suggestion does not depend on
+    // later ones.
     scored
         .reduce(|best, next| if next.0 > best.0 { next } else { best })
         .map(|(_, c)| c)
 }
 
-/// `did you mean 'x'?` for the candidate closest to `name`, if one is close.
+/// Returns `did you mean 'x'?` for the candidate closest to `name`, if one is close.
 ///
 /// ```
 /// let help = morgana_io::diagnostic::suggest("sigma_tt", ["sigma_t", "albedo"]);
@@ -32,7 +33,8 @@ pub fn suggest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) ->
     closest(name, candidates).map(|c| format!("did you mean '{c}'?"))
 }
 
-/// Jaro-Winkler finds long names that share a start; one edit in a short name counts as well.
+/// Returns the similarity of two names. Jaro-Winkler finds long names with a common start; a single
+/// edit in a short name counts as similar, too.
 fn similarity(a: &str, b: &str) -> f64 {
     let edits = strsim::damerau_levenshtein(a, b);
     let near = edits <= 1 && a.len().max(b.len()) > 2;

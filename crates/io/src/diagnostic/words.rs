@@ -1,14 +1,15 @@
-//! How messages name things: as the language of the file would write them.
+//! Names of things in messages, in the language of the scene file.
 
 use super::Location;
 
-/// Whether a place is in a file of JSON, or in a dictionary, which says the same.
+/// True if a place is in a JSON file or in a dictionary, which has the same form.
 fn in_json(place: &Location) -> bool {
     let extension = place.file().extension();
     place.source().is_index() || extension.is_some_and(|e| e.eq_ignore_ascii_case("json"))
 }
 
-/// A type or a kind, or several with " or " between: `<float>`, or `float` in JSON.
+/// Returns the name of a type or a kind, or of several separated by " or ": `<float>`, or `float`
+/// in JSON.
 pub(crate) fn element(kind: &str, place: &Location) -> String {
     if in_json(place) {
         kind.to_owned()
@@ -17,7 +18,8 @@ pub(crate) fn element(kind: &str, place: &Location) -> String {
     }
 }
 
-/// A parameter of a type: `<float name="radius">`, or `"radius" (float)` in JSON.
+/// Returns the entry for a parameter of a type: `<float name="radius">`, or `"radius" (float)` in
+/// JSON.
 pub(crate) fn entry(name: &str, kind: &str, place: &Location) -> String {
     if in_json(place) {
         format!("\"{name}\" ({kind})")
@@ -26,7 +28,7 @@ pub(crate) fn entry(name: &str, kind: &str, place: &Location) -> String {
     }
 }
 
-/// An object: `<shape type="sphere">`, or `{"type": "sphere"}` in JSON.
+/// Returns the name of an object: `<shape type="sphere">`, or `{"type": "sphere"}` in JSON.
 pub(crate) fn object(kind: &str, plugin: Option<&str>, place: &Location) -> String {
     match (in_json(place), plugin) {
         (true, plugin) => format!("{{\"type\": \"{}\"}}", plugin.unwrap_or(kind)),
