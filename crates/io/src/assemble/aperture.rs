@@ -29,12 +29,15 @@ pub(super) struct Opening {
     location: Location,
 }
 
+/// Outline of an aperture: an iris, or the bitmap of an arbitrary one.
 enum Shape {
     Iris(Iris),
     Picture(Arc<ObjectDescription>),
 }
 
 impl Opening {
+    /// Reads the parameters of an aperture. Reports a bitmap that is given together with parameters
+    /// of an iris.
     pub(super) fn read(sensor: &ObjectDescription, q: &mut Query) -> Self {
         let picture = q.role(PluginKind::Texture, PICTURE).cloned();
         let iris = iris(q);
@@ -75,6 +78,7 @@ impl Opening {
     }
 }
 
+/// Reads the parameters of an iris.
 fn iris(q: &mut Query) -> Iris {
     let open = Iris::default();
     let mut iris = Iris {
@@ -106,6 +110,7 @@ fn part(q: &mut Query, name: &str, details: &[&str]) -> bool {
     is_there
 }
 
+/// Builds an aperture from a bitmap, which must be square; `None` after an error.
 fn picture(bitmap: &ObjectDescription, context: &mut Context) -> Option<ApertureShape> {
     if bitmap.plugin != "bitmap" {
         misplaced_plugin(bitmap, &["bitmap"], context.diagnostics);

@@ -233,6 +233,8 @@ const GREEN: f64 = 550.0;
 /// Maximum number of wavelengths; more are considered a mistake.
 const MOST_WAVELENGTHS: usize = 4096;
 
+/// Parses a list of wavelengths in nm; `None` if it is empty, too long or has values that are not
+/// positive.
 fn wavelengths(list: &str) -> Option<Vec<f64>> {
     let numbers = list.split([',', ' ']).filter(|word| !word.is_empty());
     let numbers: Option<Vec<f64>> = numbers.map(|word| word.parse().ok()).collect();

@@ -138,6 +138,8 @@ impl Pixels {
         }))
     }
 
+    /// Checks an image with negative values. Returns the note or warning with which they are
+    /// clipped to 0, or an error.
     fn verdict_on_negative(&self, name: &str, role: Role) -> Result<Diagnostic, Diagnostic> {
         let found = format!(
             "{name}: {} of {} pixels are negative, down to {}",
@@ -221,6 +223,7 @@ pub(super) fn samples(
     )))
 }
 
+/// Formats the allowed range of values.
 fn range(low: f64, high: f64) -> String {
     if high < f64::MAX {
         format!("[{low}, {high}]")

@@ -68,6 +68,7 @@ pub(super) fn clipping(rgb: [f64; 3], role: Role) -> String {
     format!("red, green and blue of the spectrum are {r}, {g}, {b}: clipped to {limits}")
 }
 
+/// Converts a colour to the value of a role: roles that are one number get the luminance.
 fn in_role(rgb: [f64; 3], role: Role) -> SpectrumValue {
     match role {
         Role::Number | Role::Height => SpectrumValue::Uniform(luminance(rgb)),

@@ -221,6 +221,7 @@ impl<'a> Context<'a> {
         self.channels.wavelengths(self.looked_at_group())
     }
 
+    /// Returns the group of channels, and records that the part being built depends on it.
     fn looked_at_group(&self) -> usize {
         self.depends_on_group.set(true);
         self.group

@@ -107,6 +107,7 @@ fn crop(spec: &mut FilmSpec, q: &mut Query) {
     }
 }
 
+/// Builds a reconstruction filter; a box after an error.
 fn filter(object: &ObjectDescription, context: &mut Context) -> Filter {
     let mut q = Query::new(object, context.diagnostics);
     let filter = match object.plugin.as_str() {
@@ -146,6 +147,7 @@ const BOUNDS: [&str; 5] = [
     "max_bounces",
 ];
 
+/// Reads the decomposition of light into layers.
 fn layering(q: &mut Query) -> Layering {
     let mut layering = Layering::default();
     if !q.has("decomposition") {

@@ -321,6 +321,7 @@ impl<'a> Children<'a> {
         if !instruments.is_empty() {
             method.leave_pictures();
         }
+        // Collect the parts of the scene, with a light for each emissive medium.
         let grids = instruments.iter().map(|i| i.meter.aabb());
         let mut parts = Parts {
             partitions: context.partitions,
@@ -334,6 +335,7 @@ impl<'a> Children<'a> {
             measured: grids.fold(Aabb::EMPTY, Aabb::union),
         }
         .with_emissive_media();
+        // Complete the decomposition of light.
         let mut layering = sensor.film.layering;
         layering.decomposition.parts = method.parts;
         // A scene without emitters has no layers of emitters.
@@ -350,6 +352,7 @@ impl<'a> Children<'a> {
             places: context.places,
             diagnostics: context.diagnostics,
         };
+        // Remove the bending of rays by sound, or the flow, if requested.
         if !sensor.samples.bending {
             for medium in &mut parts.media {
                 medium.index = medium.index.at_rest();
@@ -365,6 +368,7 @@ impl<'a> Children<'a> {
             options.loading.stop(),
         );
         let scene = scene.map_err(|problems| report.all(&problems)).ok()?;
+        // Check and prepare tagged light.
         let of_film = match &method.parts {
             Some(LightParts::Sidebands(sidebands)) => Some(sidebands),
             _ => None,
@@ -387,6 +391,7 @@ impl<'a> Children<'a> {
             }
             transport::tagging::prepare(&scene);
         }
+        // Check polarised light.
         let polarized = instruments.iter().any(|i| i.meter.has_stokes());
         if polarized || method.parts == Some(LightParts::Stokes) {
             let problems = polarization::problems(&scene);
@@ -399,6 +404,7 @@ impl<'a> Children<'a> {
                 report.diagnostics.push(note);
             }
         }
+        // Choose the candidates for the estimator.
         let candidates = if method.is_open && instruments.is_empty() {
             lint::complete(
                 &scene,
@@ -411,6 +417,7 @@ impl<'a> Children<'a> {
         if let Some(first) = candidates.first() {
             method.renderer = Renderer::Light(*first);
         }
+        // Settle the replicates of samples and adaptive sampling.
         let wanted = sensor.samples.replicates;
         let replicates = sampler::replicates(
             &scene,
@@ -427,6 +434,7 @@ impl<'a> Children<'a> {
             sampler::is_adaptive(&sensor.samples, incompatibility, |p: &SceneProblem| {
                 report.add(p)
             });
+        // Warn about the finished scene.
         report.all(&lint::doubts(&scene, &method, &instruments));
         if let (Some(medium), [camera, ..]) = (sensor.medium, &self.cameras[..])
             && medium != scene.sensor_medium()
@@ -469,6 +477,7 @@ struct Report<'a> {
 }
 
 impl Report<'_> {
+    /// Reports a problem.
     fn add(&mut self, problem: &SceneProblem) {
         let location = match problem.subject {
             Subject::Scene => Some(self.root),
@@ -484,6 +493,7 @@ impl Report<'_> {
         });
     }
 
+    /// Reports several problems.
     fn all<'p>(&mut self, problems: impl IntoIterator<Item = &'p SceneProblem>) {
         problems.into_iter().for_each(|problem| self.add(problem));
     }

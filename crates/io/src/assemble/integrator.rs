@@ -39,8 +39,9 @@ const KNOWN: [(&str, Kind); 12] = [
 const HOLDERS: [&str; 4] = ["moment", "stokes", "tagged", "aov"];
 /// Parameters specific to `aov`: see [`AskedQuantities::of`].
 const AOV: [&str; 3] = ["aovs", "wavelength", "reference_index"];
-/// Edges of a path that scatters once: from the emitter to the surface to the sensor.
+/// Number of edges of a path that scatters once: from the emitter to the surface to the sensor.
 const DIRECT_DEPTH: u32 = 2;
+/// Kind of integrator that a name requests.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     /// Estimator that a pilot finds best.
@@ -100,6 +101,7 @@ pub(super) struct Parameters {
 }
 
 impl Parameters {
+    /// Returns the renderer of a kind.
     pub(super) fn renderer(&self, kind: Kind) -> Renderer {
         let integrator = self.integrator(kind).map(Renderer::Light);
         integrator.unwrap_or(Renderer::Quantities(self.aov))
@@ -199,6 +201,7 @@ pub(super) fn build(
     options: &LoadOptions,
     context: &mut Context,
 ) -> Method {
+    // Find the integrator that renders, and what the integrators around it add.
     let additions = object.map_or(Additions::default(), |object| holders(object, context));
     let object = object.map(held);
     let written = object.and_then(|object| plugin(object, context));
@@ -212,6 +215,7 @@ pub(super) fn build(
         parts,
         name,
     } = additions;
+    // Choose the estimator; the caller's takes precedence.
     let kind = of_parts(wanted.or(written).unwrap_or(Kind::Auto), parts);
     let kind = kind.unwrap_or_else(|message| {
         if let Some(object) = object {
@@ -219,6 +223,7 @@ pub(super) fn build(
         }
         Kind::Path
     });
+    // Read its parameters.
     let is_aov = kind == Kind::Aov;
     let mut parameters = Parameters::default();
     if let (Some(object), Some(written)) = (object, written) {
@@ -347,6 +352,7 @@ fn add_parts(
     }
 }
 
+/// Returns the kind of an integrator's name.
 fn find(name: &str) -> Option<Kind> {
     KNOWN
         .iter()
@@ -380,6 +386,7 @@ pub(super) fn named(name: &str, diagnostics: &mut Diagnostics) -> Kind {
     })
 }
 
+/// Reads the parameters of an estimator.
 fn read(object: &ObjectDescription, kind: Kind, context: &mut Context) -> Parameters {
     let default = Parameters::default();
     let mut bdpt = default.bdpt;
@@ -436,6 +443,7 @@ fn read(object: &ObjectDescription, kind: Kind, context: &mut Context) -> Parame
     }
 }
 
+/// Reads the parameters of photon mapping.
 fn photons(query: &mut Query) -> PhotonMapping {
     let mut photon = PhotonMapping::default();
     if query.has("photons") {

@@ -55,6 +55,7 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> (Mediu
     (medium, open)
 }
 
+/// Builds a medium that scatters and absorbs light.
 fn scattering(
     object: &ObjectDescription,
     name: String,
@@ -66,6 +67,7 @@ fn scattering(
     // Accept parameters that only control Mitsuba's sampling.
     query.boolean("sample_emitters");
     query.boolean("has_spectral_extinction");
+    // Read the coefficients: of a tissue, of a material, or σ_s and σ_a, or extinction and albedo.
     let scale = query.float("scale");
     let velocity = Written::of(&mut query);
     let concentration = suspension::concentration(&mut query);
@@ -99,6 +101,7 @@ fn scattering(
         );
         (Some(inputs), None)
     };
+    // Read phase function and emission.
     let phase = query.child(PluginKind::Phase).cloned();
     if let (Some(turbid), Some(phase)) = (material, &phase)
         && phase.plugin != "isotropic"

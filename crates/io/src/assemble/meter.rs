@@ -34,6 +34,7 @@ pub(super) fn build(
     integrator: Option<&ObjectDescription>,
     context: &mut Context,
 ) -> Option<(SensorParts, Vec<Instrument>)> {
+    // Reject a camera beside meters, and warn about an unsuitable integrator.
     if let [camera, ..] = cameras {
         let message = "the scene has meters and a camera; it can be rendered or measured, not both";
         context.error_at(&camera.location, message);
@@ -53,6 +54,7 @@ pub(super) fn build(
             .diagnostics
             .push(warning.at(&object.plugin_location));
     }
+    // Build all meters; their samplers must agree on sound.
     let (mut instruments, mut particles) = (Vec::new(), Samples::default());
     let mut said = None;
     let mut add = |object: &ObjectDescription,
@@ -127,6 +129,7 @@ fn instrument(
         misplaced_plugin(object, &["irradiancemeter"], context.diagnostics);
         return (None, Samples::default());
     }
+    // Read the parameters that all meters share.
     let mut q = Query::new(object, context.diagnostics);
     let film = q.child(PluginKind::Film).cloned();
     let sampler = q.child(PluginKind::Sampler).cloned();
@@ -136,6 +139,7 @@ fn instrument(
     };
     let lengths = lengths(&mut q);
     let weight_windows = weight_windows(&mut q, lengths.is_some());
+    // Read the parameters of the meter's type.
     let (mut meter, mut pressure) = (None, None);
     match (object.plugin.as_str(), place) {
         ("fluencemeter", None) => {
@@ -329,6 +333,7 @@ fn tagged(q: &mut Query, channels: &Channels) -> (bool, Option<Sidebands>) {
     (records, None)
 }
 
+/// Reads the bins of the cosine between directions and an axis, if requested.
 fn cosines(q: &mut Query) -> Option<Cosines> {
     let axis = q.has("cosine_axis").then(|| q.vector("cosine_axis"));
     if axis.is_none() && !q.has("cosine_bins") {
@@ -342,6 +347,7 @@ fn cosines(q: &mut Query) -> Option<Cosines> {
     Some(Cosines { count, axis: unit })
 }
 
+/// Reads the parameters of initial pressures, if requested.
 fn gruneisen(q: &mut Query) -> Option<Gruneisen> {
     q.has("gruneisen").then(|| Gruneisen {
         parameter: q.float("gruneisen"),

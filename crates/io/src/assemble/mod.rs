@@ -91,6 +91,7 @@ pub fn assemble(
     options: &LoadOptions,
     mut diagnostics: Diagnostics,
 ) -> Result<Loaded, Diagnostics> {
+    // Prepare the description and the channels.
     diagnostics.silence(&options.silenced);
     let without = options
         .undisturbed
@@ -99,6 +100,7 @@ pub fn assemble(
     let mut files = FileRegistry::within(options.limits).searching(description.folders.clone());
     let channels = integrator::channels(&description.root, options, &mut diagnostics);
     let mut assets = Assets::default();
+    // Assemble the scene of each group of channels.
     let mut groups = Vec::new();
     for group in 0..channels.groups() {
         // Report warnings for the first group only: all groups have equal ones.
@@ -122,6 +124,7 @@ pub fn assemble(
             return Err(diagnostics);
         }
     }
+    // Hash the description and its files.
     options.loading.begin("hashing the files of the scene");
     let Some(hash) = fingerprint(description, &files, &mut diagnostics) else {
         return Err(diagnostics);
@@ -135,6 +138,7 @@ pub fn assemble(
         return Err(diagnostics);
     };
     let emitter_names = std::mem::take(&mut first.emitter_names);
+    // Find the differences from Mitsuba.
     let known = lint::Known {
         description,
         scene: &first.scene,
@@ -143,6 +147,7 @@ pub fn assemble(
     let mut met = std::mem::take(&mut first.differences);
     met.extend(diagnostics.differences());
     let differences = lint::differences(&known, &met);
+    // Collect the settings that all groups share from the first.
     let (renderer, estimators) = (first.method.renderer, first.method.parameters);
     let samples = first.whole_periods(&mut diagnostics);
     let (layering, reweight) = (first.layering, first.reweight);

@@ -31,6 +31,7 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Phase 
     accepted(object, phase, context)
 }
 
+/// Reports the error of a phase function, and returns an isotropic one instead.
 fn accepted(
     object: &ObjectDescription,
     phase: Result<Phase, PhaseError>,
@@ -81,6 +82,7 @@ fn varying(
     (context.diagnostics.error_count() == errors).then_some(texture)
 }
 
+/// Reads a phase function that is tabulated at equally spaced cosines.
 fn tabulated(query: &mut Query) -> Result<Phase, PhaseError> {
     let values = query.string("values");
     match numbers(&values) {
@@ -98,11 +100,13 @@ fn tabulated(query: &mut Query) -> Result<Phase, PhaseError> {
     }
 }
 
+/// Parses a list of numbers; `None` if one is malformed.
 fn numbers(text: &str) -> Option<Vec<f64>> {
     let words = text.split([',', ' ', ';']).filter(|w| !w.is_empty());
     words.map(|w| w.parse().ok()).collect()
 }
 
+/// Builds a blend of two phase functions, whose weight may vary in space.
 fn blend(object: &ObjectDescription, context: &mut Context) -> Phase {
     let mut query = Query::new(object, context.diagnostics);
     let volume = query.stand_in(PluginKind::Volume, "weight");

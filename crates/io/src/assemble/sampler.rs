@@ -106,6 +106,7 @@ pub(super) fn build(
             ..Samples::default()
         };
     };
+    // Choose the replicates, with a warning if the named sampler is not available.
     let name = object.plugin.as_str();
     let known = [Replicates::Single, Replicates::OfEight];
     let named = known
@@ -129,6 +130,7 @@ pub(super) fn build(
             }
         },
     };
+    // Read the number of samples and the instants of a period of sound.
     let count = q.integer_or("sample_count", default);
     let instants = q.integer("phases");
     let bending = q.boolean("bending");

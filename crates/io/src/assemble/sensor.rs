@@ -32,6 +32,7 @@ pub(super) struct SensorParts {
 
 /// Builds the sensor that an object describes; `None` after an error.
 pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option<SensorParts> {
+    // Read the sensor, or the cameras of a batch.
     let wavelength = context.wavelength();
     let mut q = Query::new(object, context.diagnostics);
     let film = q.child(PluginKind::Film).cloned();
@@ -50,6 +51,7 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
             .or_else(|| unknown(object, context))
             .map(|view| vec![view]),
     };
+    // Build film, sampler and medium.
     let mut film = film::build(film.as_deref(), context);
     let samples = sampler::build(sampler.as_deref(), SAMPLES, context);
     let medium = inside.map(|m| medium::medium(&m, context));
@@ -59,6 +61,7 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
         context.diagnostics.push(warning);
     }
     let views = views?;
+    // Divide the width of the image among the cameras of a batch.
     let whole = |spec: &FilmSpec| FilmWindow {
         image: [spec.width, spec.height],
         corner: [0.0; 2],
@@ -74,6 +77,7 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
         return None;
     }
     let aspect = width as f64 / (views.len() * height) as f64;
+    // Shift the visible region by the offset of the principal point.
     if let Some(shifted) = views.iter().find(|view| view.shift != [0.0; 2]) {
         if object.plugin == "batch" {
             let message =
@@ -291,6 +295,7 @@ pub(super) fn absent(context: &mut Context) -> SensorParts {
     }
 }
 
+/// Optics of a camera, without its frame and film.
 enum Optics {
     Pinhole(Fov),
     ThinLens(Lens),
@@ -320,6 +325,7 @@ pub(super) struct Fov {
 
 /// Width and height in mm of a frame of 35 mm film, to which focal lengths refer.
 const FRAME: [f64; 2] = [36.0, 24.0];
+/// Reads the optics of a camera; `None` for an unknown type.
 fn optics(object: &ObjectDescription, frame: &DAffine3, q: &mut Query) -> Option<Optics> {
     Some(match object.plugin.as_str() {
         "perspective" => {

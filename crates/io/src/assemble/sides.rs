@@ -24,6 +24,7 @@ const ALIKE: f64 = 3e-4;
 
 /// Determines the media and indices on both sides of all objects.
 pub(super) fn settle(context: &mut Context) {
+    // Determine the medium inside each object.
     let wishes = std::mem::take(&mut context.wishes);
     for (i, wish) in wishes.iter().enumerate() {
         let interior = interior(i, wish, context);
@@ -33,7 +34,9 @@ pub(super) fn settle(context: &mut Context) {
             exterior: AMBIENT,
         });
     }
+    // Determine the sides of divided volumes.
     divide(context);
+    // Determine the medium outside each other object.
     let bodies = Bodies::new(&context.objects, &context.partitions);
     for (i, wish) in wishes.iter().enumerate() {
         let speaks = wish.exterior.is_some() || context.objects[i].sides.is_some();
@@ -170,6 +173,7 @@ fn surrounding(i: usize, bodies: &Bodies, context: &Context) -> MediumId {
     containment.medium_around(i, point)
 }
 
+/// Sets the indices that a dielectric requests for the media on its sides.
 fn apply_indices(object: usize, wish: &Wish, sides: Sides, context: &mut Context) {
     let Some(indices) = &wish.indices else {
         return;

@@ -34,6 +34,7 @@ pub(super) fn texture(
     texture_for(Asked::plainly(role), input, parent, name, vertices, context)
 }
 
+/// Builds the texture of a quantity for a role and a factor.
 fn texture_for(
     asked: Asked,
     input: Input,
@@ -171,6 +172,7 @@ fn constant(object: &ObjectDescription, role: Role, context: &mut Context) -> Te
     )
 }
 
+/// Builds a checkerboard of two values or nested textures.
 fn checkerboard(
     asked: Asked,
     object: &ObjectDescription,
@@ -186,6 +188,7 @@ fn checkerboard(
     Texture::Checkerboard(Arc::new(Checkerboard::new(colours, to_uv)))
 }
 
+/// Builds a texture from an attribute of a mesh; `None` after an error.
 fn attribute(
     object: &ObjectDescription,
     role: Role,
@@ -256,6 +259,7 @@ fn no_attribute(name: &str, attributes: &[MeshAttribute]) -> String {
     }
 }
 
+/// Builds a texture from an image; `None` after an error.
 fn bitmap(asked: Asked, object: &ObjectDescription, context: &mut Context) -> Option<Bitmap> {
     let mut q = Query::new(object, context.diagnostics);
     let source = picture(&mut q, context.files);
@@ -358,6 +362,7 @@ struct Picture {
     encode: bool,
 }
 
+/// Reads the image of a bitmap, from an array or a file; `None` after an error.
 fn picture(q: &mut Query, files: &mut FileRegistry) -> Option<Picture> {
     let raw = q.boolean("raw");
     if q.has("data") {

@@ -35,6 +35,7 @@ pub(super) fn sidebands(q: &mut Query, channels: &Channels) -> Option<Sidebands>
 /// displacement of the scatterers by the sound, or light whose wavelength is not shorter than the
 /// sound's.
 pub(super) fn problems(scene: &Scene, tagged: &[&Sidebands]) -> Vec<SceneProblem> {
+    // Check that there is sound.
     let sounds = sounds(scene);
     if sounds.is_empty() {
         return vec![error(
@@ -43,6 +44,7 @@ pub(super) fn problems(scene: &Scene, tagged: &[&Sidebands]) -> Vec<SceneProblem
             "leave 'tagged' out, or give a medium an index with sound in it: a pressure is sound where it has a 'frequency'",
         )];
     }
+    // Check each sound, and that all sounds have one frequency.
     let mut found: Vec<SceneProblem> = Vec::new();
     let mut frequency = None;
     let longest = tagged.iter().map(|sidebands| sidebands.wavelength());
@@ -135,6 +137,7 @@ fn sounds(scene: &Scene) -> Vec<(usize, Sound)> {
         .collect()
 }
 
+/// True if two values differ by more than rounding.
 fn differ(a: f64, b: f64) -> bool {
     (a - b).abs() > SAME * a
 }

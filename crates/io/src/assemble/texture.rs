@@ -94,6 +94,7 @@ fn bounded(
     })
 }
 
+/// Converts a spectrum whose values must lie between the two `allowed` values.
 fn uniform(
     value: &SpectrumValue,
     location: &Location,
@@ -171,6 +172,7 @@ pub(super) fn sampled(
     })
 }
 
+/// Builds the grid of a quantity, shared with scenes that hold an equal one; `None` after an error.
 fn grid(
     object: &ObjectDescription,
     name: &str,
@@ -189,6 +191,7 @@ fn grid(
         context.error_at(&object.location, message);
         return None;
     }
+    // Clip values that rounding puts outside their limits.
     let mut samples = of_group(volume, context);
     let file = file_of(object).unwrap_or_else(|| "'data'".to_owned());
     match clipping::samples(&mut samples, &file, allowed) {
@@ -207,6 +210,7 @@ fn grid(
             &object.location,
         ));
     }
+    // Build the grid, or share an equal one.
     let kinds = [
         samples.channels,
         usize::from(placement == Placement::Nodes),

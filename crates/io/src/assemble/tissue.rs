@@ -55,6 +55,7 @@ pub(super) fn named(query: &mut Query) -> Option<Named> {
 }
 
 impl Named {
+    /// Builds the medium of the tissue; transparent after an error.
     pub(super) fn medium(
         &self,
         object: &ObjectDescription,

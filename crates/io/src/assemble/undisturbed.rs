@@ -25,6 +25,8 @@ pub(super) fn undisturbed(scene: &SceneDescription) -> SceneDescription {
     }
 }
 
+/// Copies an object with reference indices in place of varying ones. Objects that are shared stay
+/// shared.
 fn object(
     described: &Arc<ObjectDescription>,
     known: &mut HashMap<ObjectId, Arc<ObjectDescription>>,

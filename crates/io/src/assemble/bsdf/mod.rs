@@ -351,6 +351,7 @@ impl Maker<'_, '_> {
         texture(input, role, self.object, name, self.vertices, self.context)
     }
 
+    /// Returns the roughness of microfacets, isotropic or along two axes.
     fn facets(&mut self, facets: Facets) -> Result<Roughness, BsdfError> {
         match facets.alphas {
             Alphas::Alike(alpha) => Roughness::new(facets.distribution, self.texture(alpha)),
@@ -361,12 +362,14 @@ impl Maker<'_, '_> {
         }
     }
 
+    /// Returns η and k of a metal relative to the index of its surroundings.
     fn optics(&mut self, metal: Optics) -> [Spectrum; 2] {
         let against = metal.surroundings;
         let parts = [metal.eta, metal.k];
         parts.map(|value| self.spectrum(&value, Role::Coefficient) * against.recip())
     }
 
+    /// Builds a glossy lobe over a diffuse base.
     fn reflectances(
         &mut self,
         lobe: GlossyLobe,

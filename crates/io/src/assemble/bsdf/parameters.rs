@@ -44,6 +44,7 @@ pub(super) fn number<'a>(q: &mut Query<'a, '_>, name: &'static str) -> Quantity<
 /// Names of the factors of reflected and transmitted light.
 pub(super) const TINTS: [&str; 2] = ["specular_reflectance", "specular_transmittance"];
 
+/// Reads the factors of reflected and transmitted light.
 pub(super) fn tints<'a>(q: &mut Query<'a, '_>) -> [Quantity<'a>; 2] {
     TINTS.map(|name| colour(q, name))
 }
@@ -60,6 +61,7 @@ pub(super) enum Alphas<'a> {
     Apart([Quantity<'a>; 2]),
 }
 
+/// Reads a microfacet distribution and its roughness.
 pub(super) fn facets<'a>(q: &mut Query<'a, '_>) -> Facets<'a> {
     let distribution = match q.word("distribution") {
         "ggx" => Distribution::Ggx,
@@ -73,6 +75,7 @@ pub(super) fn facets<'a>(q: &mut Query<'a, '_>) -> Facets<'a> {
     }
 }
 
+/// Reads the roughness, given as `alpha`, or as `alpha_u` and `alpha_v`.
 pub(super) fn alphas<'a>(q: &mut Query<'a, '_>) -> Alphas<'a> {
     let names = ["alpha_u", "alpha_v"];
     let alpha =
@@ -107,6 +110,7 @@ pub(super) struct Layer<'a> {
     pub specular_reflectance: Quantity<'a>,
 }
 
+/// Reads a layer. `inside` is its default index.
 pub(super) fn layer<'a>(q: &mut Query<'a, '_>, inside: f64) -> Layer<'a> {
     Layer {
         eta: eta(q, inside),
@@ -187,6 +191,7 @@ pub(super) fn filter<'a>(q: &mut Query<'a, '_>) -> (Element<'a>, SpectrumValue) 
 /// colours (`nonlinear`).
 pub(super) struct Coated<'a>(pub f64, pub [Quantity<'a>; 2], pub bool);
 
+/// Reads the parameters of plastic.
 pub(super) fn coated<'a>(q: &mut Query<'a, '_>) -> Coated<'a> {
     let reflectances = reflectances(q);
     let nonlinear = q.boolean("nonlinear");

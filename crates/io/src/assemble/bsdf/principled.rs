@@ -73,12 +73,14 @@ fn common<'a>(q: &mut Query<'a, '_>) -> Common<'a> {
     }
 }
 
+/// Marks sampling rates as used.
 fn ignore(q: &mut Query, rates: &[&str]) {
     for rate in rates {
         q.float(rate);
     }
 }
 
+/// True if an input is constant and zero in all channels.
 fn is_zero(input: &Input) -> bool {
     matches!(input, Input::Spectrum(value) if {
         let values = value.values();

@@ -17,6 +17,7 @@ use transport::Spectrum;
 use transport::emitter::{Emitter, Environment, Luminaire, Projector, Slide};
 use transport::texture::{BitmapFilter, Wrap};
 
+/// Builds an environment from an image; `None` after an error.
 pub(super) fn envmap(object: &ObjectDescription, context: &mut Context) -> Option<Emitter> {
     let mut q = Query::new(object, context.diagnostics);
     let path = q.path("filename", context.files);
@@ -28,6 +29,7 @@ pub(super) fn envmap(object: &ObjectDescription, context: &mut Context) -> Optio
         .map_err(|e| q.file_error("filename", &e));
     q.finish(&[]);
     let image = image.ok()?;
+    // Convert the pixels to radiance, and clip negative values.
     let mut radiance = |rgb: &[f32; 3]| {
         let rgb = rgb.map(|v| f64::from(v) * scale);
         context.spectrum(&SpectrumValue::Rgb(rgb), Role::Emission, &object.location)
@@ -51,6 +53,7 @@ pub(super) fn envmap(object: &ObjectDescription, context: &mut Context) -> Optio
             pixel.0 = pixel.0.map(|v| without_rounding(v, Role::Emission));
         }
     }
+    // Reject a black image.
     if seen.are_black() {
         let message = if scale == 0.0 {
             "the environment is black: its 'scale' is 0".to_owned()

@@ -72,6 +72,7 @@ pub(super) fn add_area(
     Some(push(emitter, object, id, context))
 }
 
+/// Adds an emitter with its id and place. Returns its number.
 fn push(
     emitter: Emitter,
     object: &ObjectDescription,
@@ -114,6 +115,7 @@ pub(super) fn names(ids: &[Option<String>], parts: &Parts) -> Vec<String> {
     names
 }
 
+/// Builds an emitter other than an area emitter; `None` after an error.
 fn build(object: &ObjectDescription, context: &mut Context) -> Option<Emitter> {
     match object.plugin.as_str() {
         "envmap" => return files::envmap(object, context),

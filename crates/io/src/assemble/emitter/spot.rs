@@ -9,6 +9,7 @@ use crate::scene::{ObjectDescription, PluginKind};
 use glam::DVec3;
 use transport::emitter::{Emitter, Spot};
 
+/// Builds a spot emitter, possibly with a texture; `None` after an error.
 pub(super) fn spot(object: &ObjectDescription, context: &mut Context) -> Option<Emitter> {
     const TEXTURE: &str = "texture";
     let mut q = Query::new(object, context.diagnostics);

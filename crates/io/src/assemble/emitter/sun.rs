@@ -192,6 +192,7 @@ pub(super) fn irradiance(turbidity: f64, elevation: f64) -> [f64; 3] {
     std::array::from_fn(|c| (1.0 - t) * clear[c] + t * hazy[c])
 }
 
+/// Interpolates a row of [`IRRADIANCE`] at an elevation in radians.
 fn at_elevation(row: &[[f64; 3]; 8], elevation: f64) -> [f64; 3] {
     let last = ELEVATIONS.len() - 1;
     let degrees = elevation

@@ -56,6 +56,7 @@ pub(super) fn environments(
         .collect()
 }
 
+/// Reads the parameters; `None` after an error, or if the sun is below the horizon.
 fn read(object: &ObjectDescription, context: &mut Context) -> Option<Sunsky> {
     let mut q = Query::new(object, context.diagnostics);
     let turbidity = q.float("turbidity");
@@ -149,13 +150,16 @@ fn observer(q: &mut Query) -> Observer {
     }
 }
 
-/// Converts from Mitsuba's sky, which has z up, to images, which have y up.
+/// Converts a vector from the axes of images, which have y up, to the axes of Mitsuba's sky, which
+/// has z up.
 fn upright(local: DVec3) -> DVec3 {
     DVec3::new(local.x, -local.z, local.y)
 }
 
 impl Sunsky {
+    /// Builds the image of the sky; `None` after an error.
     fn sky(&self, object: &ObjectDescription, context: &mut Context) -> Option<Environment> {
+        // Evaluate the coefficients of the model.
         let elevation = (FRAC_PI_2 - self.sun.z.min(1.0).acos()).max(0.0);
         let state = SkyState::new(&SkyParams {
             elevation: (elevation as f32).min(std::f32::consts::FRAC_PI_2),
@@ -170,6 +174,7 @@ impl Sunsky {
             Skylight { coefficients, mean }
         };
         let channels: [Skylight; 3] = std::array::from_fn(channel);
+        // Compute the radiance of each pixel.
         let mut pixels = Vec::with_capacity(WIDTH * HEIGHT);
         for row in 0..HEIGHT {
             let (sin, cos) = (PI * row as f64 / (HEIGHT - 1) as f64).sin_cos();
@@ -198,6 +203,7 @@ impl Sunsky {
                 ));
             }
         }
+        // Turn the image so that its y axis is the zenith.
         let axes = [DVec3::X, DVec3::Y, DVec3::Z];
         let [x, y, z] = axes.map(|axis| self.orientation.to_world(upright(axis)));
         let (orientation, _) = Orientation::nearest(DMat3::from_cols(x, y, z))?;

@@ -18,6 +18,7 @@ const RADIANCE: &str = "radiance";
 /// Allowed range of radiances.
 const ALLOWED: [f64; 2] = [0.0, f64::MAX];
 
+/// Builds a volume that emits light; `None` after an error.
 pub(super) fn volumelight(object: &ObjectDescription, context: &mut Context) -> Option<Emitter> {
     let mut q = Query::new(object, context.diagnostics);
     let inside = q.child(PluginKind::Medium).cloned();

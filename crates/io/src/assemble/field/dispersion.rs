@@ -66,6 +66,7 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
             None
         }
     };
+    // Evaluate the law at the wavelength, and at the reference wavelength.
     let Some(nm) = nm else {
         let message = format!(
             "an index of type '{}' depends on the wavelength, but the film has none: give it the \

@@ -79,6 +79,7 @@ impl Samples {
 /// interpolated by tricubic B-splines, in the image of the unit cube or of the file's own box under
 /// `to_world`.
 pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option<Field> {
+    // Read the samples; sound of one frequency has its own field.
     let asked = (object.plugin == "pressure").then(|| {
         let mut query = Query::new(object, context.diagnostics);
         Asked::of(&mut query)
@@ -90,6 +91,7 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
         Some(Asked::Frame(number)) => frame(number, object, context),
         None => samples(object, context),
     };
+    // Read the law and the smoothing.
     let nm = wavelength(object, context);
     let mut query = Query::new(object, context.diagnostics);
     known.iter().for_each(|name| _ = query.has(name));
@@ -108,6 +110,7 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
         context.error_at(&object.location, message);
         return None;
     }
+    // Determine noise and plausibility of the samples.
     let rounding = samples.rounding();
     let factor = law.as_ref().map_or(1.0, |law| law.slope.abs());
     let noise = match smoothing {
@@ -127,6 +130,7 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
     if let Some(law) = &law {
         each!(&samples, v => check(law, v.data(), object, context)?);
     }
+    // Build the field, or share an equal one.
     let index = |q| law.as_ref().map_or(q, |law| law.index(q));
     let rounded = factor * rounding.deviation;
     let condensing = range.filter(|_| may_condense);
@@ -142,6 +146,7 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
     let field = SPLINES.try_get(content, || grid.field(samples, index));
     let field = context.accept(&object.location, field)?;
     context.assets.held.push(field.clone());
+    // Report the reduction and the noise of the samples.
     if let Some(tolerance) = tolerance.filter(|_| field.dims() != size) {
         condense::note(size, &field, tolerance, object, context);
     }
@@ -324,6 +329,7 @@ enum Smoothing {
     Noise(f64),
 }
 
+/// Reads `smoothing`: a word, or a standard deviation.
 fn smoothing(query: &mut Query) -> Smoothing {
     let name = "smoothing";
     if !query.has(name) {
@@ -346,6 +352,7 @@ fn smoothing(query: &mut Query) -> Smoothing {
 /// Maximum relative contributions of rounding to first and second derivatives without a warning.
 const MOST_NOISE: [f64; 2] = [1e-3, 0.1];
 
+/// Warns if rounding of the samples contributes too much to the derivatives of the index.
 fn warn_of_noise(
     shares: NoiseShares,
     rounding: Rounding,

@@ -114,6 +114,7 @@ fn elasto_optic(q: &mut Query) -> Option<f64> {
     q.float_if_given(name)
 }
 
+/// Applies a map, if any, to a field; `None` after an error.
 fn placed(
     field: Field,
     map: Option<DAffine3>,
@@ -167,6 +168,7 @@ fn analytic(object: &ObjectDescription, q: &mut Query) -> Option<Result<Field, F
     })
 }
 
+/// Builds the sum of several fields; `None` after an error.
 fn sum(object: &ObjectDescription, context: &mut Context) -> Option<Field> {
     let mut query = Query::new(object, context.diagnostics);
     let reference = query.float("reference");

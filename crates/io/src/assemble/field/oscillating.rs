@@ -34,11 +34,13 @@ pub(super) fn oscillating(
     object: &ObjectDescription,
     context: &mut Context,
 ) -> Option<Field> {
+    // Check that the samples have the stated wavelength.
     let doubt = sampled_waves::doubt(&samples.pressure, &samples.record, samples.wavelength);
     let doubt = doubt.map(|doubt| doubt.at(&object.location));
     doubt
         .into_iter()
         .for_each(|doubt| context.diagnostics.push(doubt));
+    // Convert pressure to index, and check its size.
     let in_index = |[re, im]: &[f64; 2]| [re, im].map(|v| (samples.slope * v) as f32);
     let amplitude: Vec<[f32; 2]> = samples.pressure.iter().map(in_index).collect();
     drop(samples.pressure);
@@ -53,6 +55,7 @@ pub(super) fn oscillating(
         let warning = lints::warning(lints::IMPLAUSIBLE_INDEX, message).help(help.to_owned());
         context.diagnostics.push(warning.at(&object.location));
     }
+    // Record grid and sound.
     let SoundRecord {
         size,
         nodes,
@@ -66,6 +69,7 @@ pub(super) fn oscillating(
         frequency: Some(samples.frequency),
         ..samples.record
     });
+    // Build the field.
     let (bounds, rest) = in_place(to_world);
     let scale = rest.map_or(1.0, |map| map.matrix3.determinant().abs().cbrt());
     let field = SampledSound::new(SoundSamples {

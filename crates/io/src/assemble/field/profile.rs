@@ -39,6 +39,7 @@ fn extent(coordinate: Coordinate, [first, last]: [f64; 2]) -> DAffine3 {
     DAffine3::from_translation(min) * DAffine3::from_scale(max - min)
 }
 
+/// Reads the coordinate of a profile; `None` after an error.
 fn coordinate(q: &mut Query) -> Option<Coordinate> {
     if !q.has("coordinate") {
         let message = "a profile needs a 'coordinate' that the index varies with: \"r\", the distance from \
@@ -72,6 +73,7 @@ fn samples(q: &mut Query, files: &mut FileRegistry) -> Option<Vec<[f64; 2]>> {
     }
 }
 
+/// Parses pairs of numbers from the text `table`.
 fn listed(q: &mut Query) -> Option<Vec<[f64; 2]>> {
     let text = q.string("table");
     let words = text.split([',', ';', ' ', '\t', '\n', '\r']);
@@ -91,6 +93,7 @@ fn listed(q: &mut Query) -> Option<Vec<[f64; 2]>> {
     }
 }
 
+/// Reads pairs of numbers from the array `data`.
 fn held(q: &mut Query) -> Option<Vec<[f64; 2]>> {
     let rows = q.tensor("data")?.rows();
     rows.map_err(|e| q.error("data", e.to_string())).ok()

@@ -61,6 +61,7 @@ impl Rounding {
         }
     }
 
+    /// Returns the rounding to multiples of `step`.
     fn steps(step: f64) -> Self {
         Rounding {
             deviation: step / 12f64.sqrt(),

@@ -58,6 +58,7 @@ struct Axis {
 }
 
 impl Axis {
+    /// Returns the axes along which a grid has more than two samples.
     fn of(size: [usize; 3], spacing: DVec3) -> Vec<Self> {
         let steps = [1, size[0], size[0] * size[1]];
         let axes = (0..3).filter(|axis| size[*axis] > 2).map(|axis| Axis {

@@ -118,6 +118,7 @@ pub(super) fn problems(scene: &Scene) -> Vec<SceneProblem> {
         .collect()
 }
 
+/// Returns a warning about a medium through which rays take very many steps.
 fn costly(scene: &Scene, medium: usize) -> Option<SceneProblem> {
     let steps = steps_across(scene, medium);
     let name = &scene.medium(medium).name;
@@ -152,6 +153,7 @@ fn parameter(field: &Field) -> &'static str {
     }
 }
 
+/// Returns an error about a medium with an index outside the physical range.
 fn out_of_range(scene: &Scene, medium: usize) -> Option<SceneProblem> {
     let field = &scene.medium(medium).index;
     let places = lines_across(scene, medium).flat_map(places);

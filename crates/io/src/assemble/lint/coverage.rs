@@ -97,6 +97,8 @@ fn warning(subject: Subject, message: String, help: String) -> SceneProblem {
     SceneProblem::warning(lints::MISSING_LIGHT, subject, message, help)
 }
 
+/// Returns warnings about light that only connections to an emitter find, where reflections precede
+/// scattering.
 fn from_emitter(walls: &Walls, subject: Subject, kind: &str) -> Vec<SceneProblem> {
     let mirror = walls.mirror.map(|object| {
         let message = format!(
@@ -122,6 +124,7 @@ fn from_emitter(walls: &Walls, subject: Subject, kind: &str) -> Vec<SceneProblem
 /// connections cannot be trusted.
 const SELDOM: f64 = 1e-3;
 
+/// Returns a warning about a fibre with cones so narrow that connections hardly ever contribute.
 fn narrow(scene: &Scene, subject: Subject, emitter: &Emitter) -> Option<SceneProblem> {
     let Emitter::Fiber(fiber) = emitter else {
         return None;
@@ -138,6 +141,8 @@ fn narrow(scene: &Scene, subject: Subject, emitter: &Emitter) -> Option<ScenePro
     })
 }
 
+/// Returns warnings about reflections of scattered light that the particle tracer does not connect
+/// to the sensor.
 fn to_sensor(walls: &Walls) -> Vec<SceneProblem> {
     let mirror = walls.mirror.map(|object| {
         let message = format!(
@@ -159,6 +164,8 @@ fn to_sensor(walls: &Walls) -> Vec<SceneProblem> {
     mirror.into_iter().chain(dielectric).collect()
 }
 
+/// Returns a warning about light that is reflected on all parts of its path, so that no connection
+/// can join emitter and sensor.
 fn nowhere(walls: &Walls) -> Option<SceneProblem> {
     let object = walls.mirror.or(walls.never_reflecting())?;
     let message = format!(
@@ -175,6 +182,7 @@ fn nowhere(walls: &Walls) -> Option<SceneProblem> {
     Some(warning(Subject::Scene, message, help))
 }
 
+/// Returns the advice to raise the number of reflections of connections.
 fn set_reflections(others: &str) -> String {
     format!(
         "set the integrator's 'reflections' to how many of them matter (up to {TOTAL_REFLECTIONS} total ones \

@@ -75,6 +75,7 @@ fn value<'a>(object: &'a ObjectDescription, name: &str) -> Option<&'a Value> {
     property.map(|p| &p.value)
 }
 
+/// True if a parameter is this text, ignoring case.
 fn is(object: &ObjectDescription, name: &str, text: &str) -> bool {
     matches!(value(object, name), Some(Value::String(s)) if s.eq_ignore_ascii_case(text))
 }
@@ -96,6 +97,7 @@ fn child<'a>(object: &'a ObjectDescription, name: &str) -> Option<&'a ObjectDesc
     object.children.iter().find(named).map(|c| &*c.object)
 }
 
+/// True if an object has a child of a kind with one of these types.
 fn has(object: &ObjectDescription, kind: PluginKind, plugins: &[&str]) -> bool {
     let mut children = object.children.iter().map(|c| &c.object);
     children.any(|c| c.kind == kind && plugins.contains(&c.plugin.as_str()))
@@ -289,6 +291,7 @@ fn of_medium(object: &ObjectDescription) -> Vec<Difference> {
     ])
 }
 
+/// Returns the differences whose condition is true.
 fn chosen<const N: usize>(met: [(Difference, bool); N]) -> Vec<Difference> {
     met.into_iter().filter(|m| m.1).map(|m| m.0).collect()
 }

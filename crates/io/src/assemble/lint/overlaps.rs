@@ -40,6 +40,7 @@ pub(in super::super) fn note(context: &mut Context) {
 
 /// Returns the numbers of two overlapping objects, the smaller number first.
 fn first(context: &Context) -> Option<[usize; 2]> {
+    // Collect pairs of bodies with overlapping boxes, by a sweep along x.
     let divides = |i: usize| context.partitions.iter().any(|p| p.objects.contains(&i));
     let holds = |i: &usize| encloses(&context.objects[*i]) && !divides(*i);
     let mut bodies: Vec<usize> = (0..context.objects.len()).filter(holds).collect();

@@ -77,6 +77,7 @@ impl Flip {
         }
     }
 
+    /// Flips the texture coordinates of a mesh.
     fn apply(self, data: &mut MeshData) {
         let flips = match self {
             Flip::No => false,
@@ -230,6 +231,7 @@ impl Grid {
 }
 
 impl Original {
+    /// Builds a mesh before placement, with its attributes.
     fn new(mut data: MeshData, flip: Flip, normals: Normals) -> Result<Self, ShapeError> {
         flip.apply(&mut data);
         let colours = [

@@ -51,6 +51,7 @@ fn merge(
 
 /// Adds a shape, or a copy of it at another place.
 fn add_at(object: &ObjectDescription, place: Option<DAffine3>, context: &mut Context) {
+    // Read the parameters of the shape.
     let mut q = Query::new(object, context.diagnostics);
     let interior = q.role(PluginKind::Medium, "interior").cloned();
     let exterior = q.role(PluginKind::Medium, "exterior").cloned();
@@ -64,6 +65,7 @@ fn add_at(object: &ObjectDescription, place: Option<DAffine3>, context: &mut Con
     let flip = q.boolean("flip_normals");
     let matrix = q.transform("to_world");
     let frame = affine(matrix, "to_world", &mut q);
+    // Build the geometry, or find the geometry that another group built.
     let turned =
         |(shape, attributes): (Shape, Attributes)| (shape.with_flipped_normals(flip), attributes);
     let key = PlacedShape::new(object.number, place);
@@ -93,6 +95,7 @@ fn add_at(object: &ObjectDescription, place: Option<DAffine3>, context: &mut Con
     if geometry.is_none() && schema::find(PluginKind::Shape, &object.plugin).is_none() {
         unknown_plugin(object, context.diagnostics);
     }
+    // Build the surface.
     let vertices = match &geometry {
         Some(Ok((Shape::Mesh(mesh), colours))) => Some((mesh.clone(), colours.clone())),
         _ => None,
@@ -112,6 +115,7 @@ fn add_at(object: &ObjectDescription, place: Option<DAffine3>, context: &mut Con
         exterior: exterior.map(|m| medium::medium(&m, context)),
         indices: surface.indices,
     };
+    // Add meters, emitter and object.
     let index = context.objects.len();
     let metered = MeterSurface {
         object: index,
@@ -176,6 +180,7 @@ fn warn_without_uvs(
     );
 }
 
+/// Adds an object to the scene. Its sides are determined later.
 fn push(
     object: &ObjectDescription,
     shape: Shape,

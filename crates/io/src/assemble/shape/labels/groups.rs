@@ -36,6 +36,7 @@ impl Groups {
         object: &ObjectDescription,
         context: &mut Context,
     ) -> Option<Self> {
+        // Warn about media without voxels.
         let absent = table
             .meanings
             .keys()
@@ -47,6 +48,7 @@ impl Groups {
                 .diagnostics
                 .push(lints::warning(lints::ABSENT_LABELS, message).at(&object.location));
         }
+        // Sort the labels into groups by their index.
         let mut groups: Vec<Group> = Vec::new();
         let mut places = Places::new();
         let mut right = true;

@@ -118,6 +118,7 @@ fn add_parts(
 ) -> Vec<MeterSurface> {
     let mut outer = Vec::new();
     let name = object.id.clone().unwrap_or_else(|| object.plugin.clone());
+    // Add the media of the groups.
     let mut media: Vec<MediumId> = Vec::new();
     for (group, members) in groups.groups.iter().zip(&division.members) {
         let medium = group.medium(&name, members.as_ref());
@@ -131,6 +132,7 @@ fn add_parts(
     let Some(dielectric) = context.accept(&object.location, clear) else {
         return outer;
     };
+    // Add the surfaces, with the media on their sides.
     let surfaces = &division.surfaces;
     let voxels = surfaces.grid.clone();
     let voxels = voxels.map(|grid| Arc::new(VoxelMedia::new(grid, media.clone())));

@@ -78,6 +78,7 @@ impl Table {
         }
     }
 
+    /// Makes the table of an array with the rows μ_a, μ_s, g and n, in the order of the labels.
     fn of_rows(rows: &[[f64; 4]]) -> Self {
         let row = |(label, row): (usize, &[f64; 4])| (label as u32, Meaning::Row(*row));
         let mut meanings: BTreeMap<_, _> = rows.iter().enumerate().map(row).collect();
@@ -90,6 +91,7 @@ impl Table {
         }
     }
 
+    /// Makes the table of nested media, whose names list their labels; `None` after an error.
     fn of_media(object: &ObjectDescription, q: &mut Query) -> Option<Self> {
         let mut meanings = BTreeMap::new();
         let mut right = true;
@@ -156,6 +158,8 @@ impl Meaning {
     }
 }
 
+/// Builds the medium of a label from an object; `None` after an error. Only its index may vary in
+/// space.
 fn described_medium(
     label: u32,
     described: &ObjectDescription,
@@ -201,6 +205,7 @@ enum RowError {
     Phase(u32, PhaseError),
 }
 
+/// Builds the medium of a label from a row of the table.
 fn of_row(label: u32, [mu_a, mu_s, g, n]: [f64; 4]) -> Result<LabelMedium, RowError> {
     let coefficient = "at least 0";
     for (name, value) in [("mu_a", mu_a), ("mu_s", mu_s)] {
