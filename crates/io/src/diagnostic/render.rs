@@ -63,6 +63,7 @@ pub(super) fn diagnostic(out: &mut String, diagnostic: &Diagnostic, style: Style
     }
 }
 
+/// Appends the place of a diagnostic, with the line of the source and carets under the marked part.
 fn snippet(out: &mut String, location: &Location, margin: usize, colour: &str, style: Style) {
     let blue = |text: &str| style.paint("1;34", text);
     let place = escaped(&location.to_string()).into_owned();

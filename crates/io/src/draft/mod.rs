@@ -75,11 +75,13 @@ impl Draft {
         }
     }
 
+    /// Adds a parameter. Reports a name that the object already has.
     pub(crate) fn add_property(&mut self, property: Property, diagnostics: &mut Diagnostics) {
         self.claim(&property.name, &property.name_location, diagnostics);
         self.properties.push(property);
     }
 
+    /// Adds a child. Reports a name that the object already has.
     pub(crate) fn add_child(&mut self, child: DraftChild, diagnostics: &mut Diagnostics) {
         if let Some((name, location)) = &child.name {
             self.claim(name, location, diagnostics);

@@ -10,6 +10,8 @@ use crate::diagnostic::{Diagnostic, Diagnostics, Location};
 /// another could otherwise grow without bound.
 const BUDGET: usize = 16 << 20;
 
+/// Parameter with its value. `overridden` is true if the command line sets it, `used` if the file
+/// refers to it.
 struct Parameter {
     value: String,
     overridden: bool,
@@ -111,6 +113,7 @@ impl Parameters {
         Ok(Cow::Owned(out))
     }
 
+    /// Returns the value of a parameter and marks it as used.
     fn value(
         &mut self,
         name: &str,
@@ -132,6 +135,7 @@ impl Parameters {
         }))
     }
 
+    /// Checks that a text of this length fits into the budget.
     fn spend(&self, length: usize, range: Range<usize>) -> Result<(), SubstitutionError> {
         if length <= self.budget {
             return Ok(());

@@ -100,6 +100,7 @@ impl Drafts {
         Some(root)
     }
 
+    /// Returns the number of the object with an id. Reports an unknown id.
     fn find(&self, id: &str, at: &Location, diagnostics: &mut Diagnostics) -> Option<usize> {
         if let Some((index, _)) = self.ids.get(id) {
             return Some(*index);
@@ -111,6 +112,7 @@ impl Drafts {
     }
 }
 
+/// State of a draft during resolution.
 enum State {
     Waiting(Draft),
     /// Object whose children are being resolved.
@@ -125,6 +127,7 @@ struct Tall {
     height: usize,
 }
 
+/// Resolver of references, depth first.
 struct Resolver<'d> {
     states: Vec<State>,
     /// Children of each draft by number; `None` where a reference leads nowhere.
@@ -154,6 +157,8 @@ impl Resolver<'_> {
         }
     }
 
+    /// Builds an object from a draft after its children. Reports and omits children that cannot be
+    /// built.
     fn build(&mut self, index: usize, draft: Draft, depth: usize) -> Tall {
         let links = std::mem::take(&mut self.links[index]);
         let mut children = Vec::with_capacity(links.len());

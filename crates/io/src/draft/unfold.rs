@@ -45,6 +45,7 @@ fn repeats(parent: &ObjectDescription, child: &ObjectDescription) -> bool {
     }
 }
 
+/// Counter of the objects to which objects unfold.
 #[derive(Default)]
 struct Counter {
     /// Number of objects to which each object unfolds, including itself.

@@ -153,6 +153,7 @@ impl<'a, 'd> Query<'a, 'd> {
         answer
     }
 
+    /// Returns the place of the parameter or child with this name, or else the place of the object.
     fn location_of(&self, name: &str) -> &'a Location {
         let property = self.object.properties.iter().find(|p| p.name == name);
         let child = self
@@ -228,6 +229,7 @@ impl<'a, 'd> Query<'a, 'd> {
         words::element(kind.tag(), &self.object.location)
     }
 
+    /// Reports a value of a wrong type.
     fn mismatch(&mut self, name: &str, expected: &str, found: &str, at: &Location) {
         let [expected, found] = [expected, found].map(|kind| words::element(kind, at));
         let message = format!("'{name}': expected {expected}, found {found}");

@@ -173,6 +173,7 @@ impl<'a> Query<'a, '_> {
         })
     }
 
+    /// Reports a value outside its limits, and returns `Wrong` then.
     fn in_range<T: PartialOrd>(
         &mut self,
         name: &str,

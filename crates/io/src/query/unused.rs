@@ -43,6 +43,7 @@ impl Query<'_, '_> {
         }
     }
 
+    /// Returns the diagnostic about a parameter that was not queried.
     fn unused_property(&self, property: &Property, also_known: &[&str]) -> Diagnostic {
         let name = property.name.as_str();
         let label = self.object.label();
@@ -68,6 +69,7 @@ impl Query<'_, '_> {
             .at(&property.name_location)
     }
 
+    /// Returns the names that were queried and those that are also known.
     fn names<'n>(&'n self, also_known: &'n [&str]) -> impl Iterator<Item = &'n str> {
         self.asked
             .iter()

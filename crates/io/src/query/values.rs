@@ -46,6 +46,7 @@ impl Query<'_, '_> {
         self.triple(name, "vector", DVec3::Z)
     }
 
+    /// Reads three coordinates, as a point or as a vector.
     fn triple(&mut self, name: &str, expected: &str, harmless: DVec3) -> DVec3 {
         let default = self.row(name).default.triple();
         let lookup = self.convert(name, expected, as_triple);

@@ -187,6 +187,7 @@ impl Dialect {
         ))
     }
 
+    /// Records a parameter or role that was dropped.
     fn ignore(&mut self, draft: &Draft, what: &str) {
         add(&mut self.ignored, format!("'{what}' of '{}'", draft.plugin));
         let place = &draft.plugin_location;

@@ -87,6 +87,7 @@ const SOLVER: &[&str] = &[
     "sampling_density",
 ];
 
+/// Translations of all plugins of other dialects.
 pub(super) const RULES: &[PluginTranslation] = &[
     // Plugins of the refractive fork.
     PluginTranslation {
