@@ -85,7 +85,7 @@ fn density(height: f64) -> f64 {
 fn densities() -> impl Iterator<Item = [f64; 2]> {
     let [low, high] = RANGE;
     let [bottom, top] = RANGE.map(density);
-    // Change of the logarithm of the density per metre, at both ends of the range.
+    // Decrease of the logarithm of the density per metre, at both ends of the range.
     let fall = (density(low) / density(low + 1.0)).ln();
     let thinning = (density(high - 1.0) / density(high)).ln();
     let below = move |d: f64| bottom * (1.0 + fall * SETTLING * (1.0 - (-d / SETTLING).exp()));

@@ -12,8 +12,8 @@ const MOST: f64 = 6e-7;
 /// single precision, and each filter adds rounding.
 const OF_COEFFICIENTS: f64 = 4.0 / (1u64 << 24) as f64;
 /// Maximum deviation of a condensed spline from rounded samples, in units of the rounding. Rounded
-/// samples are wrong by half a unit. A spline through a subset of millions of samples hardly ever
-/// deviates from the others by more than two units.
+/// samples are wrong by up to half a unit. A spline through a subset of millions of samples hardly
+/// ever deviates from the others by more than two units.
 const UNITS: f64 = 2.5;
 
 /// Grid of the index that is stored with fewer samples than it has, because these describe it

@@ -13,7 +13,7 @@ const MOST_OTHER: f64 = 0.05;
 /// Maximum number of periods for a fit.
 const MOST_PERIODS: f64 = 1e6;
 
-/// Request for a part of a volume of pressure that changes in time.
+/// Requested content of a volume of pressure that changes in time.
 pub(super) enum Asked {
     /// Single frame of a time series.
     Frame(usize),
