@@ -112,8 +112,8 @@ impl Query<'_, '_> {
     }
 
     /// Reads the path of a data file, which is required, and adds the path to `files`. A relative
-    /// path starts at the folder of the file in which it is written. After an error, returns the
-    /// empty path.
+    /// path starts at the folder of the file in which it is written, or at one of the folders that
+    /// `files` searches. After an error, returns the empty path.
     pub fn path(&mut self, name: &str, files: &mut FileRegistry) -> PathBuf {
         let lookup = self.convert(name, "string", |value| match value {
             Value::String(v) => Some(v.clone()),
