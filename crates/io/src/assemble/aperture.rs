@@ -24,8 +24,9 @@ pub(super) const SHAPES: [&str; 7] = [
 /// Aperture as described by a sensor.
 pub(super) struct Opening {
     shape: Shape,
-    /// Object number of the sensor; `location` is the place of the sensor in the scene file.
+    /// Object number of the sensor.
     sensor: ObjectId,
+    /// Place of the sensor in the scene file.
     location: Location,
 }
 

@@ -22,7 +22,7 @@ use transport::volume::VolumeGrid;
 /// Colours of a mesh and other quantities of its vertices and triangles.
 pub(super) type Attributes = Arc<Vec<MeshAttribute>>;
 
-/// A mesh before it is placed.
+/// Mesh before placement.
 #[derive(Clone)]
 pub(super) struct Original {
     /// Hash of the data from which the mesh was built.

@@ -47,15 +47,17 @@ pub(super) fn without_rounding(value: f64, role: Role) -> f64 {
 /// Statistics of the values of an image that are outside their limits.
 pub(super) struct Pixels {
     count: usize,
-    /// Number of pixels with a negative value; `least` is the least value, `lost` the sum of their
-    /// magnitudes.
+    /// Number of pixels with a negative value.
     negative: usize,
+    /// Least value, at most 0.
     least: f64,
+    /// Weighted sum of the magnitudes of the negative values.
     lost: f64,
-    /// Number of pixels with a value above 1; `largest` is the largest value.
+    /// Number of pixels with a value above 1.
     above: usize,
+    /// Largest value, at least 0.
     largest: f64,
-    /// Sum of the positive values.
+    /// Weighted sum of the positive values.
     light: f64,
 }
 

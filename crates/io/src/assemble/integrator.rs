@@ -17,7 +17,7 @@ use transport::integrator::{
 };
 use transport::renderer::Renderer;
 
-/// Name of the integrator that a pilot chooses.
+/// Name that leaves the choice of the integrator to a pilot.
 pub(super) const AUTO: &str = "auto";
 /// Names by which scene files and command lines request an estimator. `path`, `volpath` and
 /// `volpathmis` are the same path tracer; `particle` and `ptracer` are the same particle tracer.

@@ -35,7 +35,8 @@ pub struct NamedRenderer {
 #[derive(Debug)]
 pub struct Loaded {
     /// Scenes of the groups of up to four spectral channels; they differ only in spectra. If an
-    /// index or a phase function depends on the wavelength, each channel is a group.
+    /// index, a phase function or diffraction at the aperture depends on the wavelength, each
+    /// channel is a group.
     pub groups: Vec<Scene>,
     /// Renderer of the picture.
     pub renderer: Renderer,

@@ -126,7 +126,8 @@ impl Asked {
 }
 
 impl AskedQuantities {
-    /// Reads the quantities of one `aov`. Without a list these are all quantities of the ray path.
+    /// Reads the quantities of one `aov`. Without a list these are all quantities of the ray path,
+    /// including waves if a wavelength is given.
     pub(super) fn of(query: &mut Query, setting: &Setting) -> Self {
         let wavelength = query.float_if_given("wavelength");
         query.has("reference_index");
@@ -257,7 +258,7 @@ fn listed(query: &mut Query, squared: bool) -> Vec<Asked> {
     asked
 }
 
-/// Returns all quantities of the ray path.
+/// Returns all quantities of the ray path, with waves only if `waves` is true.
 fn unlisted(waves: bool, squared: bool) -> Vec<Asked> {
     let all = Aov::ALL.into_iter();
     let wanted = all.filter(|aov| !aov.is_of_surface() && (waves || *aov != Aov::Waves));

@@ -21,8 +21,8 @@ const EVEN: [&str; 6] = [
     "sobol",
 ];
 
-/// Number of samples from which a render without a named sampler uses evenly spread ones. There are
-/// then at least 16 replicates of 8 samples, from whose means the error is estimated.
+/// Minimum number of samples for which a render without a named sampler uses evenly spread ones.
+/// There are then at least 16 replicates of 8 samples, from whose means the error is estimated.
 const EVEN_FROM: u64 = 128;
 
 /// Settings of a sampler.

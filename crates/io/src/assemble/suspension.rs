@@ -166,8 +166,9 @@ impl Concentration {
 
 /// Medium that holds spheres.
 pub(super) struct Suspension<'a> {
-    /// Phase function; `plugin` is its type.
+    /// Phase function.
     pub phase: &'a Phase,
+    /// Type of the phase function, if the medium has one.
     pub plugin: Option<&'a str>,
     /// Absorption coefficient σ_a of the matter around the spheres.
     pub absorption: Spectrum,

@@ -10,8 +10,9 @@ use transport::bsdf::Distribution;
 /// Parameter that may be a texture: its name, role and value.
 pub(super) struct Quantity<'a>(pub &'static str, pub Role, pub Input<'a>);
 
-/// Index of air, and below it the index of polypropylene, Mitsuba's default for plastic.
+/// Index of air.
 const AIR: f64 = 1.000277;
+/// Index of polypropylene, Mitsuba's default for plastic.
 const POLYPROPYLENE: f64 = 1.49;
 
 /// Reads an index, given as a number or by Mitsuba's name of a substance; `None` if it is not

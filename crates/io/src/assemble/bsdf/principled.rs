@@ -39,13 +39,14 @@ pub(super) struct Thin<'a> {
     eta: f64,
 }
 
-/// Sampling rates of lobes. Mitsuba's scene files may give them; they are ignored, because they do
-/// not affect the result.
+/// Sampling rates of the lobes of `principled`. They are ignored, because they do not affect the
+/// result.
 const SOLID_RATES: [&str; 3] = [
     "main_specular_sampling_rate",
     "clearcoat_sampling_rate",
     "diffuse_reflectance_sampling_rate",
 ];
+/// Sampling rates of the lobes of `principledthin`, which are ignored, too.
 const THIN_RATES: [&str; 4] = [
     "diffuse_reflectance_sampling_rate",
     "specular_reflectance_sampling_rate",
@@ -53,9 +54,9 @@ const THIN_RATES: [&str; 4] = [
     "diffuse_transmittance_sampling_rate",
 ];
 
-/// Minimum index of surfaces that transmit light, and minimum `specular`. They keep the surface
-/// from vanishing.
+/// Minimum index of surfaces that transmit light. It keeps the surface from vanishing.
 const LEAST_ETA: f64 = 1.001;
+/// Minimum `specular` of surfaces that transmit light.
 const LEAST_SPECULAR: f64 = 1e-3;
 
 fn common<'a>(q: &mut Query<'a, '_>) -> Common<'a> {

@@ -17,8 +17,9 @@ use transport::scene::Object;
 use transport::{Orientation, Spectrum};
 
 const TEXTURE: &str = "texture";
-/// Parameters of rectangles, and below them of round apertures.
+/// Parameters of rectangles.
 const OF_RECTANGLES: [&str; 2] = ["width", "height"];
+/// Parameters of round apertures.
 const OF_DISCS: [&str; 1] = ["radius"];
 
 /// Builds a beam of parallel light.

@@ -15,8 +15,9 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use transport::Orientation;
 use transport::emitter::{DistantDisc, Environment};
 
-/// Width of the image of the sky; `HEIGHT` puts rows 0.35° apart.
+/// Width in pixels of the image of the sky.
 const WIDTH: usize = 512;
+/// Height in pixels of the image of the sky: rows are 0.35° apart.
 const HEIGHT: usize = 513;
 /// Integral of the eye's response ȳ in nm, by which Mitsuba divides spectra when it converts them
 /// to colours.

@@ -30,9 +30,9 @@ const RANGE: [f64; 2] = [-5e3, 86e3];
 /// Distance between samples in metres. It makes the slope of the spline accurate to 1e-8 within
 /// layers and confines the bends between layers to 50 m.
 const STEP: f64 = 50.0;
-/// Relative growth of the distance between samples outside the standard's range; `BEYOND` is the
-/// extent of these samples in metres.
+/// Relative growth of the distance between samples outside the standard's range.
 const GROWTH: f64 = 0.05;
+/// Extent in metres of the samples on each side of the standard's range.
 const BEYOND: f64 = 4e5;
 /// Length in metres over which the density below the standard's range tends to a constant.
 const SETTLING: f64 = 1e4;

@@ -43,9 +43,9 @@ struct Description {
     focus: Option<DVec3>,
     /// Map from the transducer's coordinates to the field's.
     place: DAffine3,
-    /// Lower corner of the box in which the sound is computed; `high` is the upper one. Both are in
-    /// the field's coordinates.
+    /// Lower corner of the box in which the sound is computed, in the field's coordinates.
     low: DVec3,
+    /// Upper corner of this box.
     high: DVec3,
     spacing: f64,
     n0: f64,
