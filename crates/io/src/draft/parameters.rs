@@ -21,9 +21,9 @@ struct Parameter {
 /// Parameters known so far.
 pub(crate) struct Parameters {
     values: BTreeMap<String, Parameter>,
-    /// Names of parameters without a value that resemble no known name; `first_open` is the place
-    /// of the first.
+    /// Names of parameters without a value that resemble no known name.
     open: Vec<String>,
+    /// Place of the first parameter without a value.
     first_open: Option<Location>,
     budget: usize,
     /// Returns the declaration of a named parameter in the file's format, for advice.
