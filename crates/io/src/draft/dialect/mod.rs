@@ -1,6 +1,6 @@
-//! Translation of other dialects to the names of Mitsuba 3 and of morgana. The dialects are
-//! parameters of Mitsuba 3 that have no effect here, scenes of Mitsuba 0.5 and 0.6, and the plugins
-//! of the refractive fork of Mitsuba 0.6 by Pediredla et al.
+//! Translation of other dialects to the names of Mitsuba 3 and of morgana. The dialects are scenes
+//! of Mitsuba 0.5 and 0.6, and the plugins of the refractive fork of Mitsuba 0.6 by Pediredla et
+//! al. Parameters of Mitsuba 3 without effect here are dropped, too.
 //!
 //! A [`PluginTranslation`] defines the meaning of each old name once. Translations that depend on
 //! values are in [`special`].
