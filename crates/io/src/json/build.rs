@@ -1,14 +1,15 @@
-//! Scenes that a program builds, without any text.
+//! Scenes that a program builds without any text.
 
 use super::tree::{Entry, Json, Node};
 use crate::diagnostic::{Diagnostic, Diagnostics, Location, SourceFile};
 use crate::scene::Tensor;
 use std::sync::Arc;
 
-/// Arrays of up to so many numbers are taken as lists: points and matrices are.
+/// Largest number of elements of an array that is read as a list. Points and matrices are such
+/// lists.
 const SMALL: usize = 16;
 
-/// What JSON can say, and arrays of numbers.
+/// A value: one that JSON has, or an array of numbers.
 #[derive(Clone, Debug)]
 pub enum Item {
     /// Nothing.
@@ -23,13 +24,14 @@ pub enum Item {
     String(String),
     /// A list.
     Array(Vec<Item>),
-    /// A dictionary, in its order; keys are different.
+    /// A dictionary in its own order; keys are unique.
     Object(Vec<(String, Item)>),
     /// An array of numbers.
     Tensor(Arc<Tensor>),
 }
 
-/// The tree of a scene. The place of a value is how a program would get it: `scene["ball"]["radius"]`.
+/// Makes the tree of a scene. Places of values are Python expressions such as
+/// `scene["ball"]["radius"]`.
 pub(super) fn tree(scene: Item, diagnostics: &mut Diagnostics) -> Node {
     let mut places = Vec::new();
     list_places(&scene, "scene".into(), &mut places);
@@ -50,7 +52,7 @@ pub(super) fn tree(scene: Item, diagnostics: &mut Diagnostics) -> Node {
     builder.node(scene)
 }
 
-/// Places in the order in which [`Builder::node`] visits them.
+/// Lists the places of values in the order in which [`Builder::node`] visits the values.
 fn list_places(item: &Item, place: String, places: &mut Vec<String>) {
     places.push(place.clone());
     match item {
@@ -137,7 +139,7 @@ impl<I: Iterator<Item = (usize, usize)>> Builder<'_, '_, I> {
                     .push(Diagnostic::error(message).at(location));
                 Json::Broken
             }
-            // JSON knows of one type of numbers only.
+            // JSON does not distinguish whole numbers from others.
             v if v as i64 as f64 == v => Json::Integer(v as i64),
             v => Json::Float(v),
         }

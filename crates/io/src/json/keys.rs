@@ -1,21 +1,21 @@
-//! What the keys of objects say: names, roles, kinds.
+//! Keys of objects: names, roles and kinds.
 
 use crate::diagnostic::suggest;
 use crate::draft::Dialect;
 use crate::scene::PluginKind;
 use crate::schema;
 
-/// The key of an object's plugin.
+/// Key of an object's plugin.
 pub(super) const TYPE: &str = "type";
-/// The key of an object's id.
+/// Key of an object's id.
 pub(super) const ID: &str = "id";
-/// The key of the scene's parameters.
+/// Key of the scene's parameters.
 pub(super) const PARAMETERS: &str = "parameters";
-/// The key by which editors find the schema.
+/// Key by which editors find the schema.
 pub(super) const SCHEMA: &str = "$schema";
 
-/// The kind of an object by its place in a parent of a kind and type, its key and its type, or why there is none, with
-/// advice.
+/// Infers the kind of an object from its key, its `plugin`, and the kind and type of its parent.
+/// Otherwise returns an error message, with advice.
 pub(super) fn infer(
     kind: PluginKind,
     parent: &str,

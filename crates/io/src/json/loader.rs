@@ -1,4 +1,4 @@
-//! Walks the objects of a scene file.
+//! Reading the objects of a scene file.
 
 use super::keys::{self, ID, PARAMETERS, SCHEMA, TYPE};
 use super::mcx;
@@ -23,7 +23,7 @@ pub(super) fn load(
     describe(root, overrides, limits, diagnostics)
 }
 
-/// Makes a scene of a tree.
+/// Makes a scene from a tree.
 pub(super) fn describe(
     mut root: Node,
     overrides: &[(String, String)],
@@ -93,7 +93,7 @@ impl Loader<'_> {
         Some(())
     }
 
-    /// An object's type, and where it is written.
+    /// Returns an object's type and the place of the type.
     fn plugin(&mut self, node: &Node, entries: &[Entry]) -> Option<(String, Location)> {
         match get(entries, TYPE) {
             None => {
@@ -112,7 +112,7 @@ impl Loader<'_> {
         }
     }
 
-    /// Adds to `parent` what a key and its value say.
+    /// Adds a parameter or a child to `parent`.
     fn entry(&mut self, entry: &Entry, parent: &mut Draft, depth: usize) {
         if depth > MAX_DEPTH {
             let message = "objects are nested too deeply";
@@ -190,7 +190,8 @@ impl Loader<'_> {
         parent.add_child(child, self.diagnostics);
     }
 
-    /// The id of an object: its own, or its key in the scene unless that only says what it is.
+    /// Returns the id of an object. Without `id`, the key of a child of the scene is its id, unless
+    /// the key is only the name of a kind.
     fn id(
         &mut self,
         entry: &Entry,
@@ -209,10 +210,10 @@ impl Loader<'_> {
     }
 }
 
-/// A child with the role that its key says; in the scene there are no roles.
+/// Makes a child with its key as its role. Children of the scene have no roles.
 fn child(entry: &Entry, parent: &Draft, target: Target) -> DraftChild {
     let place = schema::find(parent.kind, &parent.plugin);
-    // A role may be called as a kind is.
+    // A role may have the name of a kind.
     let role = place.and_then(|place| place.roles(&entry.key).next());
     let unlike = role.is_some() || PluginKind::of_key(&entry.key).is_none();
     let named = parent.kind != PluginKind::Scene && unlike;

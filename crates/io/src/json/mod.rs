@@ -1,4 +1,4 @@
-//! Scene files in JSON: the dictionaries of Mitsuba's Python interface, written down.
+//! Scene files in JSON, with the same structure as the dictionaries of Mitsuba's Python interface.
 //!
 //! ```
 //! use morgana_io::{Diagnostics, json};
@@ -30,10 +30,10 @@ use crate::input::Limits;
 use crate::scene::SceneDescription;
 use std::path::Path;
 
-/// Reads a scene file. `overrides` are pairs of parameter name and value that take the place of the file's
-/// `parameters`. An input file of MCX makes no volume that takes more memory than `limits` allow.
+/// Reads a scene file. `overrides` are pairs of name and value that replace the file's
+/// `parameters`. Volumes of MCX input files take at most as much memory as `limits` allow.
 ///
-/// Returns `None` if there was an error; every problem found is in `diagnostics`.
+/// Returns `None` if there was an error; `diagnostics` gets every problem found.
 pub fn load(
     path: &Path,
     overrides: &[(String, String)],
@@ -44,10 +44,10 @@ pub fn load(
     loader::load(&source, overrides, limits, diagnostics)
 }
 
-/// Reads a scene from text, with the default [`Limits`]. `name` is the path that messages show and relative paths start
-/// from.
+/// Reads a scene from text, with the default [`Limits`]. `name` is the path that messages show and
+/// from which relative paths start.
 ///
-/// Returns `None` if there was an error; every problem found is in `diagnostics`.
+/// Returns `None` if there was an error; `diagnostics` gets every problem found.
 pub fn parse(
     text: &str,
     name: impl AsRef<Path>,
@@ -57,7 +57,7 @@ pub fn parse(
     parse_within(text, name, overrides, Limits::default(), diagnostics)
 }
 
-/// Reads a scene from text, as [`parse`] does, within other limits of memory.
+/// Reads a scene from text like [`parse`], with the given memory limits.
 pub fn parse_within(
     text: &str,
     name: impl AsRef<Path>,
@@ -69,11 +69,11 @@ pub fn parse_within(
     loader::load(&source, overrides, limits, diagnostics)
 }
 
-/// Makes a scene of what a program has built, within limits of memory as in [`load`]. Relative paths start from the
-/// current folder.
+/// Makes a scene that a program has built, with memory limits as in [`load`]. Relative paths start
+/// from the current folder.
 ///
-/// Returns `None` if there was an error; every problem found is in `diagnostics`, with places such as
-/// `scene["ball"]["radius"]`.
+/// Returns `None` if there was an error; `diagnostics` gets every problem found, with places such
+/// as `scene["ball"]["radius"]`.
 pub fn build(
     scene: Item,
     overrides: &[(String, String)],

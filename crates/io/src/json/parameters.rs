@@ -1,4 +1,4 @@
-//! Parameters: `"parameters": {"spp": 64}`, and `"$spp"` in texts.
+//! Parameters of scene files: `"parameters": {"spp": 64}`, and `"$spp"` in texts.
 
 use super::tree::{self, Entry, Json, Node};
 use super::values::report;
@@ -6,13 +6,13 @@ use crate::diagnostic::{Diagnostic, Diagnostics, Location, SourceFile};
 use crate::draft;
 use std::collections::HashMap;
 
-/// Most values of an array: repeated many times, longer ones would fill the memory.
+/// Largest number of elements of an array. Repeated often, longer arrays would fill the memory.
 const LONGEST: usize = 64;
 
 /// The parameters of a scene file.
 pub(super) struct Parameters {
     texts: draft::Parameters,
-    /// Whether a declared parameter is a text, by name.
+    /// True for each declared parameter that is a text, by name.
     is_text: HashMap<String, bool>,
 }
 
@@ -25,7 +25,7 @@ impl Parameters {
         }
     }
 
-    /// Reads what the scene declares; later values may refer to earlier ones.
+    /// Reads the declared parameters. Later values may refer to earlier parameters.
     pub(super) fn declare(&mut self, node: &mut Node, diagnostics: &mut Diagnostics) {
         let Json::Object(entries) = &mut node.json else {
             let message = format!("expected an object, found {}", node.json.describe());
@@ -57,8 +57,9 @@ impl Parameters {
         }
     }
 
-    /// Replaces `$name` in all texts of a value: by the parameter's value if nothing else is there, else by
-    /// its text; what becomes a number, such as `-$name`, is one.
+    /// Replaces `$name` in all texts of a value. A text that is only `$name` becomes the
+    /// parameter's value; in other texts, `$name` becomes the parameter's text. A result such as
+    /// `-$name` that reads as a number is a number.
     pub(crate) fn substitute(&mut self, node: &mut Node, diagnostics: &mut Diagnostics) {
         let at = node.location.clone();
         match &mut node.json {
@@ -90,7 +91,8 @@ impl Parameters {
         }
     }
 
-    /// The value of a parameter; one that only the command line knows is a text unless it is JSON.
+    /// Returns the value of a parameter. If only the command line gives the parameter, a value that
+    /// is not JSON is a text.
     fn typed(&self, name: &str, value: &str, at: &Location) -> Json {
         let is_text = self.is_text.get(name).copied();
         let text = || Json::String(value.to_owned());
@@ -101,12 +103,12 @@ impl Parameters {
         match (tree::parse(&source, &mut Diagnostics::new()), is_text) {
             (Some(node), _) => node.moved(at).json,
             (None, None) => text(),
-            // Reported where it is declared.
+            // The declaration has reported this error.
             (None, Some(_)) => Json::Broken,
         }
     }
 
-    /// Reports overrides that nothing used; returns names and values.
+    /// Reports unused overrides; returns names and values.
     pub(super) fn finish(self, diagnostics: &mut Diagnostics) -> Vec<(String, String)> {
         self.texts.report_open(diagnostics);
         self.texts.report_unused(diagnostics);
@@ -114,7 +116,8 @@ impl Parameters {
     }
 }
 
-/// A text as it is, anything else as JSON; `None` if it is neither plain nor an array of plain values.
+/// Converts a text or a plain value, or an array of plain values, to JSON text. Returns `None` for
+/// other values.
 fn text(node: &Node) -> Option<String> {
     let plain = |node: &Node| match &node.json {
         Json::Boolean(v) => Some(v.to_string()),

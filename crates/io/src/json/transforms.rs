@@ -1,4 +1,4 @@
-//! Transforms: the rows of a matrix, or parts of which the first acts first.
+//! Transforms: the rows of a matrix, or parts that act in their order.
 
 use super::tree::{Entry, Json, Node};
 use super::values::{get, number, only, report, triple};
@@ -9,7 +9,7 @@ use glam::{DMat4, DVec3};
 
 const PARTS: [&str; 5] = ["translate", "rotate", "scale", "lookat", "matrix"];
 
-/// Parts such as `[{"scale": 2}, {"translate": [0, 0, 1]}]`.
+/// Multiplies parts such as `[{"scale": 2}, {"translate": [0, 0, 1]}]`.
 pub(super) fn parts(items: &[Node], node: &Node, diagnostics: &mut Diagnostics) -> Option<Value> {
     let mut matrix = DMat4::IDENTITY;
     for item in items {
@@ -108,7 +108,7 @@ fn required<'n>(
     found
 }
 
-/// Four rows of four numbers, or three of three for the linear part.
+/// Reads four rows of four numbers, or three rows of three numbers for a linear map.
 pub(super) fn matrix(node: &Node, diagnostics: &mut Diagnostics) -> Option<DMat4> {
     let rows = match &node.json {
         Json::Array(rows) if matches!(rows.len(), 3 | 4) => rows,

@@ -1,4 +1,4 @@
-//! JSON as a tree that knows where each value was written.
+//! JSON as a tree that records the place of each value.
 
 use crate::diagnostic::{Diagnostic, Diagnostics, Location, SourceFile};
 use crate::draft::shorten;
@@ -19,17 +19,17 @@ pub(super) struct Node {
 /// A value.
 #[derive(Clone)]
 pub(super) enum Json {
-    /// It was wrong, which has been reported.
+    /// A wrong value that has been reported.
     Broken,
     Null,
     Boolean(bool),
-    /// A number without fraction, however it is written: JSON knows of one type only.
+    /// A number without a fraction, in any notation: JSON has a single type of numbers.
     Integer(i64),
     Float(f64),
     String(String),
     Array(Vec<Node>),
     Object(Vec<Entry>),
-    /// Numbers that a program hands over.
+    /// An array of numbers that a program hands over.
     Tensor(Arc<Tensor>),
 }
 
@@ -42,7 +42,7 @@ pub(super) struct Entry {
 }
 
 impl Json {
-    /// What messages call it.
+    /// Returns the name of the value's type, for messages.
     pub(super) fn describe(&self) -> &'static str {
         match self {
             Json::Broken | Json::Null => "null",
@@ -56,7 +56,7 @@ impl Json {
 }
 
 impl Node {
-    /// A number, if it is one.
+    /// Returns the number, if the value is a number.
     pub(super) fn number(&self) -> Option<f64> {
         match self.json {
             Json::Integer(v) => Some(v as f64),
@@ -65,7 +65,7 @@ impl Node {
         }
     }
 
-    /// The same value, as if it had been written at one place.
+    /// Sets the place of the value, and of all values in it.
     pub(super) fn moved(mut self, to: &Location) -> Self {
         self.location = to.clone();
         match &mut self.json {
@@ -84,7 +84,7 @@ impl Node {
     }
 }
 
-/// RFC 8259 to the letter: no comments, no commas at the end.
+/// Options for RFC 8259 without extensions: no comments, no trailing commas.
 const STRICT: ParseOptions = ParseOptions {
     allow_comments: false,
     allow_loose_object_property_names: false,
@@ -98,7 +98,7 @@ const STRICT: ParseOptions = ParseOptions {
     allow_extended_string_escapes: false,
 };
 
-/// Parses the text of `source`; the parser refuses what is nested more than 512 levels deep.
+/// Parses the text of `source`. The parser refuses more than 512 levels of nesting.
 pub(super) fn parse(source: &Arc<SourceFile>, diagnostics: &mut Diagnostics) -> Option<Node> {
     let invalid = |message: &str, range: Range| {
         let location = Location::new(source, range.start, range.end - range.start);
@@ -132,9 +132,9 @@ fn uncapitalized(text: &str) -> String {
     first.into_iter().chain(characters).collect()
 }
 
-/// A finite number in a text, and nothing else.
+/// Parses a text that contains only a finite number.
 pub(super) fn number(text: &str) -> Option<Json> {
-    /// Beyond this not every whole number is a double.
+    /// Largest magnitude up to which every whole number is a double, 2⁵³.
     const EXACT: f64 = 9_007_199_254_740_992.0;
     if let Ok(whole) = text.parse() {
         return Some(Json::Integer(whole));

@@ -11,14 +11,14 @@ use eikonal::Shown;
 use glam::DVec3;
 use std::sync::Arc;
 
-/// Reports `message` at a value, unless that has been reported already.
+/// Reports `message` at a value, unless an error has already been reported there.
 pub(super) fn report(node: &Node, message: impl Into<String>, diagnostics: &mut Diagnostics) {
     if !matches!(node.json, Json::Broken) {
         diagnostics.push(Diagnostic::error(message).at(&node.location));
     }
 }
 
-/// The value of a parameter, which the table may know the type of.
+/// Returns the value of a parameter. The table of plugins may give its type.
 pub(super) fn value(
     node: &Node,
     known: Option<Type>,
@@ -53,7 +53,7 @@ pub(super) fn value(
     }
 }
 
-/// An array in place of a text with a list.
+/// Converts an array to a text with a list.
 fn list(items: &[Node], diagnostics: &mut Diagnostics) -> Option<Value> {
     let mut words = Vec::with_capacity(items.len());
     for item in items {
@@ -79,7 +79,7 @@ fn array(node: &Node, items: &[Node], diagnostics: &mut Diagnostics) -> Option<V
     }
 }
 
-/// Arrays within arrays, of numbers in the end.
+/// Converts nested arrays of numbers to a tensor.
 fn tensor(node: &Node, diagnostics: &mut Diagnostics) -> Option<Value> {
     let mut shape = Vec::new();
     let mut first = Some(node);
@@ -115,7 +115,7 @@ fn flatten(
     Some(())
 }
 
-/// A number.
+/// Returns a number.
 pub(super) fn number(node: &Node, diagnostics: &mut Diagnostics) -> Option<f64> {
     let number = node.number();
     if number.is_none() {
@@ -125,7 +125,7 @@ pub(super) fn number(node: &Node, diagnostics: &mut Diagnostics) -> Option<f64> 
     number
 }
 
-/// Three numbers.
+/// Returns three numbers.
 pub(super) fn triple(node: &Node, diagnostics: &mut Diagnostics) -> Option<DVec3> {
     let Json::Array(items) = &node.json else {
         let message = format!("expected three numbers, found {}", node.json.describe());
@@ -141,7 +141,8 @@ pub(super) fn triple(node: &Node, diagnostics: &mut Diagnostics) -> Option<DVec3
     Some(DVec3::new(x?, y?, z?))
 }
 
-/// `{"type": "rgb", "value": ...}`, `{"type": "spectrum", "value": ...}` or `{"type": "spectrum", "filename": ...}`.
+/// Reads a spectrum: `{"type": "rgb", "value": ...}`, `{"type": "spectrum", "value": ...}` or
+/// `{"type": "spectrum", "filename": ...}`.
 fn spectrum(
     node: &Node,
     entries: &[Entry],
@@ -203,7 +204,7 @@ fn hexadecimal(text: &str, at: &Node, diagnostics: &mut Diagnostics) -> Option<S
     rgb.map(SpectrumValue::Rgb)
 }
 
-/// Pairs of wavelength and value.
+/// Reads pairs of wavelength and value.
 fn sampled(pairs: &[Node], diagnostics: &mut Diagnostics) -> Option<SpectrumValue> {
     let mut samples: Vec<(f64, f64)> = Vec::with_capacity(pairs.len());
     for pair in pairs {
@@ -233,7 +234,7 @@ fn sampled(pairs: &[Node], diagnostics: &mut Diagnostics) -> Option<SpectrumValu
     Some(SpectrumValue::Sampled(samples))
 }
 
-/// The value of a key.
+/// Returns the value of a key.
 pub(super) fn get<'n>(entries: &'n [Entry], key: &str) -> Option<&'n Node> {
     entries.iter().find(|e| e.key == key).map(|e| &e.node)
 }

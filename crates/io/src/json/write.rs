@@ -1,4 +1,4 @@
-//! Scene descriptions as JSON.
+//! Writing scene descriptions as JSON.
 
 use super::keys::{self, ID, PARAMETERS, SCHEMA, TYPE};
 use crate::scene::{
@@ -6,9 +6,9 @@ use crate::scene::{
 };
 use std::collections::{BTreeSet, HashMap, HashSet};
 
-/// A scene as JSON. Read again it is the same scene, with the same hash; roles of the scene's own children,
-/// which mean nothing, are left out. Names of data files stay as they are, relative to where the
-/// scene was; the folders that it searches are left out.
+/// Converts a scene to JSON. The JSON reads as an equal scene with an equal hash. Roles of the
+/// scene's own children, which have no effect, are left out. Names of data files stay relative to
+/// the folder of the original scene; the folders that the scene searches are left out.
 pub fn write(scene: &SceneDescription) -> String {
     let children = &scene.root.children;
     let mut writer = Writer {
@@ -22,7 +22,7 @@ pub fn write(scene: &SceneDescription) -> String {
 
 struct Writer {
     out: String,
-    /// What stands in the scene itself, to be referred to wherever else it is needed.
+    /// Children of the scene itself. Other objects refer to them.
     top: HashSet<ObjectId>,
     written: HashSet<ObjectId>,
 }
@@ -35,7 +35,7 @@ impl Writer {
         for child in &root.children {
             let object = &*child.object;
             let is_new = self.written.insert(object.number);
-            // A name in place of a kind will do if the type tells the kind.
+            // A name may replace the kind as a key if the type determines the kind.
             let tells = |id: &str| {
                 let kind = keys::infer(root.kind, &root.plugin, id, &object.plugin);
                 kind.is_ok_and(|kind| kind == object.kind)
@@ -98,7 +98,7 @@ impl Writer {
         }
     }
 
-    /// A further key of an object, which has at least its type already.
+    /// Starts another key of an object, which already has its type.
     fn key(&mut self, key: &str, depth: usize) {
         self.out.push_str(",\n");
         self.out.push_str(&"  ".repeat(depth));
@@ -106,15 +106,15 @@ impl Writer {
     }
 }
 
-/// The keys of an object.
+/// Keys of an object.
 struct Keys {
     taken: BTreeSet<String>,
-    /// How many of a kind have got one that only says the kind.
+    /// Number of keys that are only a kind, by kind.
     counts: HashMap<PluginKind, usize>,
 }
 
 impl Keys {
-    /// Those that its parameters and roles take, and those that mean something else.
+    /// Reserves the names of parameters and roles, and keys with another meaning.
     fn new(object: &ObjectDescription) -> Self {
         let reserved = [TYPE, ID, PARAMETERS, SCHEMA].map(str::to_owned);
         let properties = object.properties.iter().map(|p| p.name.clone());
@@ -129,12 +129,12 @@ impl Keys {
         }
     }
 
-    /// Takes a name, if it is free and more than a kind.
+    /// Reserves a name, if it is free and not just a kind. Returns true on success.
     fn take(&mut self, name: &str) -> bool {
         PluginKind::of_key(name).is_none() && self.taken.insert(name.to_owned())
     }
 
-    /// A key that only says the kind.
+    /// Reserves a key that is only a kind, with a number if necessary.
     fn fresh(&mut self, kind: PluginKind) -> String {
         loop {
             let count = self.counts.entry(kind).or_default();
@@ -197,7 +197,7 @@ fn text(text: &str) -> String {
     serde_json::Value::from(text).to_string()
 }
 
-/// The shortest text that reads as the same number.
+/// Returns the shortest text that reads as the same number.
 fn number(v: f64) -> String {
     match v as i64 {
         whole if whole as f64 == v => whole.to_string(),
@@ -209,7 +209,7 @@ fn numbers(values: &[f64]) -> String {
     array(values.iter().map(|v| number(*v)))
 }
 
-/// Arrays within arrays.
+/// Converts an array to nested lists.
 fn nested(shape: &[usize], numbers: &mut impl Iterator<Item = f64>) -> String {
     match shape {
         [] => number(numbers.next().unwrap_or_default()),

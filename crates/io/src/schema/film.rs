@@ -118,7 +118,8 @@ pub(super) const SAMPLERS: &[Plugin] = &[
     even("sobol"),
 ];
 
-/// A sampler of Mitsuba that spreads samples evenly, too.
+/// Describes a sampler of Mitsuba with evenly spread samples, in place of which morgana uses
+/// `ldsampler`.
 const fn even(name: &'static str) -> Plugin {
     plugin(
         name,

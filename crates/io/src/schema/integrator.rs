@@ -81,7 +81,7 @@ const AOV: &[Parameter] = &[
     .positive(),
 ];
 
-/// What is told apart of tagged light.
+/// Parameters that set how tagged light is separated.
 pub(super) const TAGGED: &[Parameter] = &[
     float("wavelength", "of the light in vacuum, scene units").positive(),
     integer("orders", "the last sideband")

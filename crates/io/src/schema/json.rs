@@ -1,4 +1,4 @@
-//! The table as JSON Schema, for editors and validators.
+//! JSON Schema of scenes, made from the table of plugins, for editors and validators.
 
 use super::parameter::number_in_json;
 use super::{NumberRange, Parameter, Plugin, Slot, Type, find, plugins};
@@ -6,11 +6,11 @@ use crate::scene::PluginKind;
 use serde_json::{Map, Value, json};
 use std::ops::Bound;
 
-/// The definition of plugins that compute spectra.
+/// Name of the definition of plugins that compute spectra.
 const SPECTRA: &str = "spectrum-plugin";
 
-/// A JSON Schema (draft 2020-12) of scenes in JSON. It knows names, types, words and limits of numbers, but no
-/// limits of spectra and no rules that involve several parameters.
+/// Returns a JSON Schema (draft 2020-12) of scenes in JSON. It states names, types, words and
+/// limits of numbers. It states no limits of spectra and no rules that involve several parameters.
 pub fn json_schema() -> String {
     let mut definitions = values();
     for kind in PluginKind::ALL {
@@ -57,7 +57,7 @@ fn scene_object(scene: &Plugin) -> Map<String, Value> {
     }
 }
 
-/// An object of one plugin.
+/// Returns the schema of an object with this plugin.
 fn object(plugin: &Plugin) -> Value {
     let mut properties = Map::new();
     properties.insert("type".into(), json!({"const": plugin.name}));
@@ -85,7 +85,8 @@ fn object(plugin: &Plugin) -> Value {
     })
 }
 
-/// What keys may hold that are neither parameters nor roles: children whose kind says it all.
+/// Returns the schema of keys that are neither parameters nor roles. Their values are children that
+/// need no role, or values of [`Plugin::others`].
 fn others(plugin: &Plugin) -> Value {
     if let Some(parameter) = plugin.others() {
         return described(parameter);
@@ -122,7 +123,8 @@ fn choice_name(kinds: &[PluginKind]) -> String {
     }
 }
 
-/// Any plugin of some kinds, or a reference; the type says which.
+/// Returns the schema of a plugin of any of `kinds`, or of a reference. The property `type` selects
+/// the plugin.
 fn choice(kinds: &[PluginKind]) -> Value {
     let mut names: Vec<&str> = kinds
         .iter()
@@ -140,12 +142,12 @@ fn choice(kinds: &[PluginKind]) -> Value {
         if *name == "ref" {
             ways.push(reference("ref"));
         }
-        // Validators say more of a single rule than of alternatives.
+        // Write a single rule without `anyOf`: validators explain it better.
         let then = match ways.pop() {
             Some(only) if ways.is_empty() => only,
             last => json!({"anyOf": ways.into_iter().chain(last).collect::<Vec<_>>()}),
         };
-        // `properties` and `required` hold for whatever is no object.
+        // JSON Schema applies `properties` and `required` to objects only.
         let properties = json!({"type": {"const": name}});
         let case = json!({"type": "object", "properties": properties, "required": ["type"]});
         json!({"if": case, "then": then})
@@ -159,7 +161,7 @@ fn choice(kinds: &[PluginKind]) -> Value {
     })
 }
 
-/// A parameter's values, with what is to be known of it.
+/// Returns the schema of a parameter's values, with help and default.
 fn described(parameter: &Parameter) -> Value {
     let mut schema = match parameter.value {
         Type::Float => limited("number", parameter.limits),
@@ -183,7 +185,7 @@ fn described(parameter: &Parameter) -> Value {
     schema
 }
 
-/// A number within limits, or a text with a parameter of the scene.
+/// Returns the schema of a number within limits, or of a text with a scene parameter.
 fn limited(kind: &str, limits: NumberRange) -> Value {
     let mut number = Map::new();
     let ends = [
@@ -208,7 +210,7 @@ fn reference(name: &str) -> Value {
     json!({"$ref": format!("#/$defs/{name}")})
 }
 
-/// Definitions of values. Wherever there is one, a text with a parameter may stand.
+/// Returns the definitions of values. A text with a scene parameter may replace any value.
 fn values() -> Map<String, Value> {
     let or_parameter = |schema: Value| json!({"anyOf": [schema, reference("parameter")]});
     let array = |items: Value, length: usize| json!({"type": "array", "items": items, "minItems": length, "maxItems": length});

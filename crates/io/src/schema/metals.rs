@@ -1,8 +1,9 @@
-//! Complex indices of metals and other absorbing matter.
+//! Complex indices of metals and other absorbing materials.
 
-/// Name, η and k in the channels of linear sRGB. The names are those of Mitsuba, the values what Mitsuba 3.9.1 makes of
-/// its measured spectra in an RGB render, AlSb left out: its spectra end at 590 nm. Those of Se, Se-e and d-C end between
-/// 656 and 689 nm.
+/// Name, η and k of each material, in the channels of linear sRGB. The names are those in Mitsuba.
+/// The values are what Mitsuba 3.9.1 computes from its measured spectra in an RGB render. AlSb is
+/// missing, because its spectra end at 590 nm. The spectra of Se, Se-e and d-C end between 656 and
+/// 689 nm.
 pub(crate) const METALS: [(&str, [f64; 3], [f64; 3]); 69] = [
     (
         "Ag",
@@ -311,7 +312,7 @@ pub(crate) const METALS: [(&str, [f64; 3], [f64; 3]); 69] = [
     ("d-C_palik", [2.70872, 2.31883, 2.2289], [0.0, 0.0, 0.0]),
 ];
 
-/// `none`, a perfect mirror, and their names.
+/// Names of the materials, after `none` for a perfect mirror.
 pub(crate) const METAL_NAMES: [&str; METALS.len() + 1] = {
     let mut names = ["none"; METALS.len() + 1];
     let mut i = 0;

@@ -1,8 +1,8 @@
-//! What of the table Mitsuba 3.9.1 does not have.
+//! Plugins and parameters in which morgana and Mitsuba 3.9.1 differ.
 
 use crate::scene::PluginKind;
 
-/// Plugins that Mitsuba does not have.
+/// Plugins that Mitsuba does not have, by kind.
 const PLUGINS: &[(PluginKind, &[&str])] = &[
     (
         PluginKind::Bsdf,
@@ -57,7 +57,7 @@ const PLUGINS: &[(PluginKind, &[&str])] = &[
     ),
 ];
 
-/// Parameters and roles that plugins of a kind have here alone.
+/// Parameters and roles that Mitsuba has for no plugin of a kind.
 const PARAMETERS: &[(PluginKind, &[&str])] = &[
     (PluginKind::Bsdf, &["ext_eta", "lossless"]),
     (
@@ -140,7 +140,7 @@ const PARAMETERS: &[(PluginKind, &[&str])] = &[
     ),
 ];
 
-/// Parameters that Mitsuba has for other plugins of a kind, but not for these.
+/// Parameters that Mitsuba has for other plugins of a kind, but not for these plugins.
 const OF_OTHERS: &[(PluginKind, &str, &[&str])] = &[
     (PluginKind::Emitter, "projector", &["fov_axis"]),
     (PluginKind::Integrator, "aov", &["max_depth", "rr_depth"]),
@@ -160,7 +160,7 @@ const ELLIPSOIDS: &str =
 const FLAKES: &str =
     "flakes are not modelled, because scatterers have no direction: use 'hg' or 'tabphase'";
 
-/// Plugins of Mitsuba, of this version or earlier ones, that morgana does not have, each with advice on substitutes.
+/// Plugins of Mitsuba 3.9.1 or earlier that morgana does not have, each with advice on substitutes.
 const ABSENT: &[(PluginKind, &str, &str)] = &[
     (PluginKind::Bsdf, "measured", MEASURED),
     (PluginKind::Bsdf, "measured_polarized", MEASURED),
@@ -235,19 +235,19 @@ const ABSENT: &[(PluginKind, &str, &str)] = &[
     ),
 ];
 
-/// Returns advice on a plugin that Mitsuba has and morgana does not: which plugins to use in its place.
+/// Returns advice on a plugin that Mitsuba has and morgana does not: the plugins to use instead.
 pub(crate) fn substitute(kind: PluginKind, name: &str) -> Option<&'static str> {
     let mut absent = ABSENT.iter();
     let row = absent.find(|(of, this, _)| *of == kind && *this == name)?;
     Some(row.2)
 }
 
-/// Whether Mitsuba has a plugin.
+/// Returns true if Mitsuba has the plugin.
 pub(crate) fn has_plugin(kind: PluginKind, name: &str) -> bool {
     !lists(PLUGINS, kind, name)
 }
 
-/// Whether a plugin of Mitsuba has a parameter or a role.
+/// Returns true if Mitsuba's `plugin` has a parameter or a role `name`.
 pub(crate) fn has_parameter(kind: PluginKind, plugin: &str, name: &str) -> bool {
     let mut others = OF_OTHERS.iter();
     let lacks =
@@ -272,7 +272,7 @@ mod tests {
         }
     }
 
-    /// A parameter that is new belongs into the tables, unless Mitsuba has it, too: then only this number changes.
+    /// Add a new parameter to the tables above. If Mitsuba has it too, change only this number.
     #[test]
     fn parameters_that_mitsuba_has_are_counted() {
         let kinds = PluginKind::ALL.into_iter();

@@ -1,8 +1,8 @@
-//! What a scene may say: every plugin with its parameters and children, in one table.
+//! Table of every plugin that a scene may use, with its parameters and children.
 //!
-//! Readers infer kinds from it, [`Query`](crate::Query) checks (in debug builds) that nothing is asked for
-//! that is not listed, and [`json_schema`] tells editors. What a parameter means is told in full in
-//! `docs/scene-format.md`.
+//! Readers infer the kinds of objects from this table. In debug builds, [`Query`](crate::Query)
+//! checks that the code asks only for listed parameters. [`json_schema`] exports the table to
+//! editors. `docs/scene-format.md` explains the parameters in full.
 
 mod bsdf;
 mod emitter;
@@ -32,56 +32,58 @@ use row::{many, plugin};
 /// A plugin: one `type` of a kind.
 #[derive(Debug)]
 pub struct Plugin {
-    /// Its `type`; empty for the scene.
+    /// Name that a scene gives as `type`; empty for the scene itself.
     pub name: &'static str,
-    /// What it is, in a line.
+    /// Description of the plugin, in one line.
     pub help: &'static str,
     parameters: &'static [&'static [Parameter]],
     children: &'static [Slot],
-    /// What a parameter of any other name is, if there may be such.
+    /// Parameter that stands for parameters of any other name, if the plugin accepts them.
     others: Option<&'static Parameter>,
 }
 
 /// A place for children of one kind.
 #[derive(Clone, Copy, Debug)]
 pub struct Slot {
-    /// What fits.
+    /// Kind of the children.
     pub kind: PluginKind,
-    /// The name that a child must have; without one the kind says it all.
+    /// Name that a child must have; `None` if its kind is enough.
     pub role: Option<&'static str>,
-    /// Whether there may be several.
+    /// True if several children may stand here.
     pub many: bool,
-    /// What they are for, in a line.
+    /// Purpose of the children, in one line.
     pub help: &'static str,
 }
 
 impl Plugin {
-    /// Its parameters.
+    /// Returns the listed parameters.
     pub fn parameters(&self) -> impl Iterator<Item = &'static Parameter> {
         self.parameters.iter().copied().flatten()
     }
 
-    /// The parameter with this name.
+    /// Returns the parameter with this name.
     pub fn parameter(&self, name: &str) -> Option<&'static Parameter> {
         self.parameters().find(|p| p.name == name).or(self.others)
     }
 
-    /// What a parameter of any other name is, if there may be such; its name stands for theirs.
+    /// Returns the parameter that stands for parameters of any other name, if the plugin accepts
+    /// them.
     pub fn others(&self) -> Option<&'static Parameter> {
         self.others
     }
 
-    /// Its children. Where several kinds may have a plugin of the same name, the first is meant.
+    /// Returns the places for children. If several kinds have a plugin of one name, the first kind
+    /// wins.
     pub fn children(&self) -> &'static [Slot] {
         self.children
     }
 
-    /// Whether there is a parameter or a role with this name.
+    /// Returns true if there is a parameter or a role with this name.
     pub fn has(&self, name: &str) -> bool {
         self.parameter(name).is_some() || self.roles(name).next().is_some()
     }
 
-    /// Whether a parameter may be each of some words.
+    /// Returns true if the parameter `name` accepts each of `words`.
     pub fn allows(&self, name: &str, words: &[&str]) -> bool {
         match self.parameter(name).map(|parameter| parameter.value) {
             Some(Type::Word(all) | Type::NumberOrWord(all)) => {
@@ -91,13 +93,13 @@ impl Plugin {
         }
     }
 
-    /// Whether it takes children of this kind, whatever their names.
+    /// Returns true if the plugin accepts children of this kind without a role.
     pub fn takes(&self, kind: PluginKind) -> bool {
         let mut slots = self.children.iter();
         slots.any(|slot| slot.role.is_none() && slot.kind == kind)
     }
 
-    /// The kinds of children that may have this role.
+    /// Returns the kinds of children that may have this role.
     pub fn roles(&self, name: &str) -> impl Iterator<Item = PluginKind> {
         let slots = self.children.iter();
         slots
@@ -106,7 +108,7 @@ impl Plugin {
     }
 }
 
-/// The plugins of a kind.
+/// Returns the plugins of a kind.
 pub fn plugins(kind: PluginKind) -> &'static [Plugin] {
     match kind {
         PluginKind::Scene => SCENE,
@@ -126,18 +128,18 @@ pub fn plugins(kind: PluginKind) -> &'static [Plugin] {
     }
 }
 
-/// The plugin of a kind and name.
+/// Returns the plugin of a kind and name.
 pub fn find(kind: PluginKind, name: &str) -> Option<&'static Plugin> {
     plugins(kind).iter().find(|p| p.name == name)
 }
 
-/// The kinds that have a plugin of this name.
+/// Returns the kinds that have a plugin of this name.
 pub fn kinds(name: &str) -> impl Iterator<Item = PluginKind> {
     let all = PluginKind::ALL.into_iter();
     all.filter(move |kind| *kind != PluginKind::Scene && find(*kind, name).is_some())
 }
 
-/// What acts in a scene comes before what is only defined there for others to refer to.
+/// Root of a scene. Children that act in the scene come before children that are only referred to.
 const SCENE: &[Plugin] = &[plugin(
     "",
     "A scene.",

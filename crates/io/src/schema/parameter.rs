@@ -10,13 +10,14 @@ use std::ops::{Bound, RangeBounds};
 pub struct Parameter {
     /// Name, as scenes write it.
     pub name: &'static str,
-    /// Type of its values.
+    /// Type of the parameter's values.
     pub value: Type,
-    /// NumberRange of its numbers; unbounded for other types. [`Query`](crate::Query) refuses values outside.
+    /// Range of its numbers; unbounded for other types. [`Query`](crate::Query) refuses values
+    /// outside.
     pub limits: NumberRange,
-    /// Value where a scene does not give the parameter.
+    /// Value if a scene does not give the parameter.
     pub default: Default,
-    /// Meaning and unit, in a line.
+    /// Meaning and unit, in one line.
     pub help: &'static str,
 }
 
@@ -31,11 +32,11 @@ pub enum Type {
     Boolean,
     /// Any text.
     Text,
-    /// A word of a list.
+    /// A word from a list.
     Word(&'static [&'static str]),
-    /// A number, or one of some words.
+    /// A number, or one of these words.
     NumberOrWord(&'static [&'static str]),
-    /// A text with a list, of numbers or words separated by commas.
+    /// A text with a list of numbers or words, separated by commas.
     List,
     /// A number, a colour or a spectrum.
     Spectrum,
@@ -45,7 +46,7 @@ pub enum Type {
     Vector,
     /// An affine map.
     Transform,
-    /// An array of numbers in any number of axes.
+    /// An array of numbers with any number of axes.
     Tensor,
 }
 
@@ -71,7 +72,8 @@ impl NumberRange {
         high: Bound::Unbounded,
     };
 
-    /// Refractive indices: those of all substances, of metals and at all wavelengths, lie well within.
+    /// Refractive indices. Indices of all substances, metals included, at all wavelengths lie well
+    /// within this range.
     pub const INDEX: NumberRange = NumberRange {
         low: Bound::Included(1e-3),
         high: Bound::Included(1e3),
@@ -79,7 +81,7 @@ impl NumberRange {
 }
 
 impl NumberRange {
-    /// Returns whether a number lies within the range.
+    /// Returns true if a number lies within the range.
     pub fn contains(&self, number: f64) -> bool {
         RangeBounds::contains(self, &number)
     }
@@ -95,7 +97,7 @@ impl RangeBounds<f64> for NumberRange {
     }
 }
 
-/// The limits as help texts state them, such as `> 0` or `0 to 1`.
+/// Writes the limits as in help texts, such as `> 0` or `0 to 1`.
 impl fmt::Display for NumberRange {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let at_most = |v: &f64| format!("at most {v}");
@@ -124,11 +126,11 @@ impl fmt::Display for NumberRange {
 pub enum Default {
     /// None: the scene must give the parameter.
     Required,
-    /// None: the parameter adds something, or another one takes its place.
+    /// None: the parameter is optional, or another one takes its place.
     Absent,
-    /// A value that depends on other things, in words.
+    /// A value that depends on other parameters or objects, described in words.
     Computed(&'static str),
-    /// A number; of a spectrum, the same at all wavelengths.
+    /// A number; for a spectrum, its value at all wavelengths.
     Number(f64),
     /// True or false.
     Flag(bool),
@@ -141,7 +143,7 @@ pub enum Default {
 }
 
 impl Default {
-    /// The number, if it is one.
+    /// Returns the number, if the default is a number.
     pub fn number(&self) -> Option<f64> {
         match *self {
             Default::Number(number) => Some(number),
@@ -149,7 +151,7 @@ impl Default {
         }
     }
 
-    /// The text, if it is one.
+    /// Returns the text, if the default is a text.
     pub fn text(&self) -> Option<&'static str> {
         match *self {
             Default::Text(text) => Some(text),
@@ -157,7 +159,7 @@ impl Default {
         }
     }
 
-    /// The position, direction or displacement, if it is one.
+    /// Returns the position, direction or displacement, if the default is one.
     pub fn triple(&self) -> Option<DVec3> {
         match *self {
             Default::Triple(triple) => Some(triple.into()),
@@ -165,7 +167,7 @@ impl Default {
         }
     }
 
-    /// The default as a value in a JSON scene, if it is one.
+    /// Returns the default as a value in a JSON scene, if it has one.
     pub fn json(&self) -> Option<Value> {
         match *self {
             Default::Required | Default::Absent | Default::Computed(_) => None,
@@ -178,7 +180,7 @@ impl Default {
     }
 }
 
-/// A number in JSON; whole ones without a point, as people write them.
+/// Converts a number to JSON. Whole numbers get no decimal point.
 pub(super) fn number_in_json(number: f64) -> Value {
     if number.fract() == 0.0 && number.abs() < 1e15 {
         json!(number as i64)
@@ -188,15 +190,16 @@ pub(super) fn number_in_json(number: f64) -> Value {
 }
 
 impl Parameter {
-    /// Any number that must be given: stands for parameters of objects that the table does not list.
+    /// Number that a scene must give. It stands for parameters of objects that the table does not
+    /// list.
     pub(crate) const UNLISTED: Parameter = Self::new("", Type::Float, "").required();
 
-    /// Returns whether a scene must give the parameter.
+    /// Returns true if a scene must give the parameter.
     pub fn is_required(&self) -> bool {
         self.default == Default::Required
     }
 
-    /// The help with the limits, and with a default that is no plain value.
+    /// Returns the help with the limits, and with the default if the default is described in words.
     pub fn description(&self) -> String {
         let limits = self.limits.to_string();
         let mut text = match (self.help, limits.as_str()) {
@@ -224,32 +227,32 @@ impl Parameter {
         Parameter { default, ..self }
     }
 
-    /// The parameter with a number as its default.
+    /// Sets a number as the default.
     pub(super) const fn or(self, number: f64) -> Self {
         self.with(Default::Number(number))
     }
 
-    /// The parameter with a position or direction as its default.
+    /// Sets a position or direction as the default.
     pub(super) const fn or_triple(self, triple: [f64; 3]) -> Self {
         self.with(Default::Triple(triple))
     }
 
-    /// The parameter with a text as its default.
+    /// Sets a text as the default.
     pub(super) const fn or_text(self, text: &'static str) -> Self {
         self.with(Default::Text(text))
     }
 
-    /// The parameter with a default that depends on other things, in words.
+    /// Sets a default that depends on other parameters or objects, described in words.
     pub(super) const fn or_computed(self, words: &'static str) -> Self {
         self.with(Default::Computed(words))
     }
 
-    /// The parameter without a default, though its type has one.
+    /// Removes the default that the type has.
     pub(super) const fn or_nothing(self) -> Self {
         self.with(Default::Absent)
     }
 
-    /// The parameter as one that a scene must give.
+    /// Makes the parameter one that a scene must give.
     pub(super) const fn required(self) -> Self {
         self.with(Default::Required)
     }
@@ -258,12 +261,12 @@ impl Parameter {
         Parameter { limits, ..self }
     }
 
-    /// The parameter with positive numbers only.
+    /// Limits the numbers to positive ones.
     pub(super) const fn positive(self) -> Self {
         self.limited(NumberRange::POSITIVE)
     }
 
-    /// The parameter with numbers from `low` on.
+    /// Limits the numbers to at least `low`.
     pub(super) const fn at_least(self, low: f64) -> Self {
         self.limited(NumberRange {
             low: Bound::Included(low),
@@ -271,7 +274,7 @@ impl Parameter {
         })
     }
 
-    /// The parameter with numbers greater than `low`.
+    /// Limits the numbers to more than `low`.
     pub(super) const fn above(self, low: f64) -> Self {
         self.limited(NumberRange {
             low: Bound::Excluded(low),
@@ -279,7 +282,7 @@ impl Parameter {
         })
     }
 
-    /// The parameter with numbers up to `high`.
+    /// Limits the numbers to at most `high`.
     pub(super) const fn at_most(self, high: f64) -> Self {
         self.limited(NumberRange {
             low: self.limits.low,
@@ -287,7 +290,7 @@ impl Parameter {
         })
     }
 
-    /// The parameter with numbers less than `high`.
+    /// Limits the numbers to less than `high`.
     pub(super) const fn below(self, high: f64) -> Self {
         self.limited(NumberRange {
             low: self.limits.low,
@@ -295,18 +298,18 @@ impl Parameter {
         })
     }
 
-    /// The parameter with numbers from `low` to `high`, both included.
+    /// Limits the numbers to `low` to `high`, both included.
     pub(super) const fn within(self, low: f64, high: f64) -> Self {
         self.at_least(low).at_most(high)
     }
 
-    /// The parameter with refractive indices only.
+    /// Limits the numbers to [`NumberRange::INDEX`].
     pub(super) const fn as_index(self) -> Self {
         self.limited(NumberRange::INDEX)
     }
 }
 
-/// Shorthands of one type each.
+/// Defines functions that each make a parameter of one type.
 macro_rules! typed {
     ($($function:ident: $value:ident;)*) => {$(
         pub(super) const fn $function(name: &'static str, help: &'static str) -> Parameter {
@@ -326,17 +329,17 @@ typed! {
     tensor: Tensor;
 }
 
-/// A flag.
+/// Makes a parameter that is true or false.
 pub(super) const fn boolean(name: &'static str, default: bool, help: &'static str) -> Parameter {
     Parameter::new(name, Type::Boolean, help).with(Default::Flag(default))
 }
 
-/// An affine map, the identity by default.
+/// Makes a parameter for an affine map, by default the identity.
 pub(super) const fn transform(name: &'static str, help: &'static str) -> Parameter {
     Parameter::new(name, Type::Transform, help).with(Default::Identity)
 }
 
-/// A word of a list, whose first word is the default.
+/// Makes a parameter that takes one of `words`; the first word is the default.
 pub(super) const fn word(
     name: &'static str,
     words: &'static [&'static str],
@@ -345,7 +348,7 @@ pub(super) const fn word(
     Parameter::new(name, Type::Word(words), help).or_text(words[0])
 }
 
-/// A number, or one of some words, the first of which is the default.
+/// Makes a parameter that takes a number or one of `words`; the first word is the default.
 pub(super) const fn number_or_word(
     name: &'static str,
     words: &'static [&'static str],
@@ -354,13 +357,13 @@ pub(super) const fn number_or_word(
     Parameter::new(name, Type::NumberOrWord(words), help).or_text(words[0])
 }
 
-/// An index of refraction: a number, or the name of a substance.
+/// Makes a parameter for a refractive index: a number, or the name of a substance.
 pub(super) const fn index(name: &'static str, help: &'static str) -> Parameter {
     let substances = Type::NumberOrWord(&super::substance::NAMES);
     Parameter::new(name, substances, help).as_index()
 }
 
-/// A map from local coordinates to the world.
+/// Map from local coordinates to the parent's coordinates.
 pub(super) const TO_WORLD: Parameter = transform(
     "to_world",
     "from local coordinates to the parent's, invertible",

@@ -1,9 +1,9 @@
-//! Shorthands for plugins and the places of their children.
+//! Constructors for plugins and the places of their children.
 
 use super::{Parameter, Plugin, Slot};
 use crate::scene::PluginKind;
 
-/// A plugin; its parameters come in groups, which others may share.
+/// Makes a plugin. Its parameters come in groups, which plugins may share.
 pub(super) const fn plugin(
     name: &'static str,
     help: &'static str,
@@ -20,7 +20,8 @@ pub(super) const fn plugin(
 }
 
 impl Plugin {
-    /// The same, with parameters of other names.
+    /// Returns the plugin, which then also accepts parameters of any other name, described by
+    /// `others`.
     pub(super) const fn with_others(self, others: &'static Parameter) -> Self {
         Plugin {
             others: Some(others),
@@ -43,22 +44,22 @@ const fn slot(
     }
 }
 
-/// At most one child of a kind, whatever its name.
+/// Makes a place for at most one child of a kind, whatever its name.
 pub(super) const fn one(kind: PluginKind, help: &'static str) -> Slot {
     slot(kind, None, false, help)
 }
 
-/// Any number of children of a kind.
+/// Makes a place for any number of children of a kind.
 pub(super) const fn many(kind: PluginKind, help: &'static str) -> Slot {
     slot(kind, None, true, help)
 }
 
-/// A child in a role.
+/// Makes a place for a child with the role `name`.
 pub(super) const fn role(kind: PluginKind, name: &'static str, help: &'static str) -> Slot {
     slot(kind, Some(name), false, help)
 }
 
-/// A texture in the place of a parameter.
+/// Makes a place for a texture that replaces the parameter `name`.
 pub(super) const fn texture(name: &'static str) -> Slot {
     role(PluginKind::Texture, name, "A texture in its place.")
 }

@@ -1,7 +1,8 @@
-//! Substances that stand for their index of refraction, or for how they scatter and absorb.
+//! Substances that a scene may name instead of a refractive index, or of scattering and absorption
+//! coefficients.
 
-/// Refractive indices at 589.3 nm and room temperature, gases at standard conditions. The names and
-/// values are those of Mitsuba's documentation, where each is cited.
+/// Refractive indices at 589.3 nm and room temperature; gases at standard conditions. Names and
+/// values come from Mitsuba's documentation, which cites a source for each.
 pub(crate) const INDICES: [(&str, f64); 14] = [
     ("vacuum", 1.0),
     ("helium", 1.000036),
@@ -19,7 +20,7 @@ pub(crate) const INDICES: [(&str, f64); 14] = [
     ("diamond", 2.419),
 ];
 
-/// Their names.
+/// Names of the substances in [`INDICES`].
 pub(crate) const NAMES: [&str; INDICES.len()] = {
     let mut names = [""; INDICES.len()];
     let mut i = 0;
@@ -30,10 +31,10 @@ pub(crate) const NAMES: [&str; INDICES.len()] = {
     names
 };
 
-/// What a substance does to red, green and blue light, per millimetre.
+/// Scattering and absorption of a substance for red, green and blue light, in 1/mm.
 pub(crate) struct Turbid {
     pub name: &'static str,
-    /// Reduced scattering, σs' = (1 − g) σs: as if light were scattered evenly in all directions.
+    /// Reduced scattering coefficient σs' = (1 − g) σs, for scattering that is isotropic.
     pub scattering: [f64; 3],
     pub absorption: [f64; 3],
 }
@@ -46,8 +47,8 @@ const fn turbid(name: &'static str, scattering: [f64; 3], absorption: [f64; 3]) 
     }
 }
 
-/// Measured by H. W. Jensen, S. R. Marschner, M. Levoy and P. Hanrahan, "A practical model for subsurface light
-/// transport", SIGGRAPH 2001. Names are those of Mitsuba 0.6.
+/// Coefficients measured by H. W. Jensen, S. R. Marschner, M. Levoy and P. Hanrahan, "A practical
+/// model for subsurface light transport", SIGGRAPH 2001. The names are those in Mitsuba 0.6.
 pub(crate) const TURBID: [Turbid; 12] = [
     turbid("apple", [2.29, 2.39, 1.97], [0.0030, 0.0034, 0.046]),
     turbid("chicken1", [0.15, 0.21, 0.38], [0.015, 0.077, 0.19]),
@@ -63,7 +64,7 @@ pub(crate) const TURBID: [Turbid; 12] = [
     turbid("wholemilk", [2.55, 3.21, 3.77], [0.0011, 0.0024, 0.014]),
 ];
 
-/// Their names after that of no substance.
+/// Names of the substances in [`TURBID`], after `none`.
 pub(crate) const TURBID_NAMES: [&str; TURBID.len() + 1] = {
     let mut names = ["none"; TURBID.len() + 1];
     let mut i = 0;

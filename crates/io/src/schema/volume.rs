@@ -1,4 +1,4 @@
-//! Volumes: refractive indices, and what else varies in space.
+//! Volumes: refractive indices and other quantities that vary in space.
 
 use super::parameter::{
     TO_WORLD, boolean, float, integer, list, number_or_word, point, spectrum, tensor, text, vector,
@@ -190,11 +190,11 @@ const COORDINATES: &[&str] = &["r", "rho", "x", "y", "z"];
 
 const OF_FORMULA: &Parameter = &float("(any name)", "a number that the formula uses by this name");
 
-/// Wavelengths in vacuum for which the formula of the index of air was fitted.
+/// Wavelength in vacuum, within the range for which the formula for the index of air was fitted.
 const OF_AIR: Parameter = float("wavelength", "of air, nm")
     .within(230.0, 1690.0)
     .or_computed("the channel's");
-/// Gladstone and Dale's constant in place of air's.
+/// Gladstone–Dale constant of a gas other than air.
 const OF_GAS: Parameter =
     float("constant", "K in m³/kg, instead of the wavelength").within(0.0, 0.1);
 

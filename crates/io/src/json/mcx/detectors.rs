@@ -1,10 +1,10 @@
-//! Detectors as meters of the light that leaves the volume near them, which keep records.
+//! Detectors: meters, with records, of the light that leaves the volume near them.
 
 use super::super::tree::{Json, Node};
 use super::{Place, Reader, field, numbers};
 use serde_json::{Value, json};
 
-/// The meters that a list of detectors stands for.
+/// Makes the meters for a list of detectors.
 pub(super) fn meters(
     node: &Node,
     place: &Place,
@@ -32,13 +32,13 @@ pub(super) fn meters(
         .collect()
 }
 
-/// What is to be kept of detected light.
+/// Settings for records of detected light.
 pub(super) struct Recording {
     pub wanted: bool,
     pub most: i64,
 }
 
-/// Position and radius of a detector; `None` after an error.
+/// Returns position and radius of a detector; `None` after an error.
 fn one(node: &Node, reader: &mut Reader) -> Option<[f64; 4]> {
     if let Some(&[x, y, z, radius]) = numbers(node).as_deref() {
         return Some([x, y, z, radius]);

@@ -1,4 +1,4 @@
-//! Sources as emitters.
+//! Conversion of sources to emitters.
 
 use super::super::tree::{Json, Node};
 use super::labels::Labels;
@@ -11,22 +11,22 @@ use serde_json::{Value, json};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// A beam without width, and a slit without height, in voxels.
+/// Width of a beam of zero width, and height of a slit of zero height, in voxels.
 const THIN: f64 = 1e-6;
-/// How far the plane of a source may lean, as a sine.
+/// Largest sine of the tilt between directions that must be perpendicular.
 const LEAN: f64 = 1e-6;
-/// What is read of a source.
+/// Fields of a source that morgana reads.
 const READ: [&str; 9] = [
     "Type", "Pos", "Dir", "Param1", "Param2", "Pattern", "Weight", "SrcNum", "ID",
 ];
 
-/// An emitter, and the image that it shines through.
+/// An emitter, and the image that modulates its light.
 pub(super) struct Emitter {
     pub plugin: Value,
     pub image: Option<Arc<Tensor>>,
 }
 
-/// The emitters that the sources of a file are, of power 1 together; `None` after an error.
+/// Makes the emitters for the sources of a file, with a total power of 1; `None` after an error.
 pub(super) fn emitters(
     node: &Node,
     place: &Place,
@@ -89,7 +89,7 @@ impl Source {
         Ok(Emitter { plugin, image })
     }
 
-    /// An emitter without an image.
+    /// Makes an emitter without an image.
     fn plain(&self, kind: &str, power: f64, unit: f64) -> Result<Value, String> {
         let [p, q] = [self.first, self.second];
         match kind {
@@ -113,7 +113,7 @@ impl Source {
         }
     }
 
-    /// From the frame of an emitter, which shines along +z, with its x near a direction.
+    /// Returns the transform from an emitter's frame: it emits along +z, and its x is close to `x`.
     fn frame(&self, center: DVec3, x: DVec3, unit: f64) -> Value {
         let z = self.direction;
         let x = (x - z * x.dot(z)).normalize();
@@ -129,7 +129,7 @@ impl Source {
         })
     }
 
-    /// The same intensity within a half angle.
+    /// Makes an emitter with constant intensity within a half angle.
     fn cone(&self, power: f64, unit: f64) -> Result<Value, String> {
         let angle = self.first[0];
         if !(angle > 0.0 && angle <= PI) {
@@ -143,8 +143,9 @@ impl Source {
         }))
     }
 
-    /// Parallel light from a parallelogram, which must be a rectangle across it. The columns of an image run along its first
-    /// side, the rows along its second.
+    /// Makes an emitter of parallel light from a parallelogram, which must be a rectangle
+    /// perpendicular to the light. Columns of an image run along its first side, rows along its
+    /// second.
     fn rectangle(&self, [u, v]: [DVec3; 2], power: f64, unit: f64) -> Result<Value, String> {
         let square = u.dot(v).abs() <= LEAN * u.length() * v.length();
         let across = [u, v]
@@ -165,7 +166,7 @@ impl Source {
         }))
     }
 
-    /// Parallel light from a line across it.
+    /// Makes an emitter of parallel light from a line perpendicular to the light.
     fn slit(&self, power: f64, unit: f64) -> Result<Value, String> {
         let line = DVec3::new(self.first[0], self.first[1], self.first[2]);
         if line.length() == 0.0 || line.dot(self.direction).abs() > LEAN * line.length() {
@@ -181,7 +182,7 @@ impl Source {
     }
 }
 
-/// A transform whose matrix has these columns.
+/// Returns a transform whose matrix has these columns.
 fn matrix([x, y, z, t]: [DVec3; 4]) -> Value {
     json!([{"matrix": [
         [x.x, y.x, z.x, t.x],

@@ -1,4 +1,4 @@
-//! Arrays in the annotations of JData, as text or compressed (docs/guides/tissue-optics.md#input-of-mcx).
+//! Arrays in JData annotations, as text or compressed (docs/guides/tissue-optics.md#input-of-mcx).
 
 use super::super::tree::{Json, Node};
 use super::{Reader, field, numbers};
@@ -9,7 +9,7 @@ use base64::engine::general_purpose::STANDARD;
 use flate2::read::{GzDecoder, ZlibDecoder};
 use std::io::Read;
 
-/// What is read of an array.
+/// Fields of an array that morgana reads.
 const READ: [&str; 5] = [
     "_ArrayType_",
     "_ArraySize_",
@@ -17,23 +17,23 @@ const READ: [&str; 5] = [
     "_ArrayZipType_",
     "_ArrayZipData_",
 ];
-/// Sizes and settings of the compression, which its result has anyway.
+/// Fields on compression that morgana does not need to decompress an array.
 const HARMLESS: [&str; 2] = ["_ArrayZipSize_", "_ArrayZipLevel_"];
-/// The most numbers of an array.
+/// Largest number of elements of an array.
 const MOST: usize = 1 << 31;
 
-/// An array, the last axis of which runs fastest.
+/// An array; its last axis runs fastest.
 pub(super) struct Array {
     pub element: Element,
     pub tensor: Tensor,
 }
 
-/// Whether a value is an array of JData.
+/// Returns true if a value is an array in JData annotations.
 pub(super) fn is_one(node: &Node) -> bool {
     field(node, "_ArraySize_").is_some() || field(node, "_ArrayType_").is_some()
 }
 
-/// The array that a value is; `None` after an error.
+/// Decodes an array; `None` after an error.
 pub(super) fn array(node: &Node, reader: &mut Reader) -> Option<Array> {
     reader.known(node, &READ, &HARMLESS);
     decoded(node)
@@ -91,7 +91,7 @@ fn shape(node: &Node) -> Result<Vec<usize>, String> {
         .ok_or_else(|| "_ArraySize_ is a list of whole numbers, at least 1".to_owned())
 }
 
-/// The bytes of a compressed array, of which no more are read than it has.
+/// Decompresses the bytes of an array. Reads at most one byte more than the array has.
 fn unzipped(node: &Node, data: &Node, expected: usize) -> Result<Vec<u8>, String> {
     let Json::String(text) = &data.json else {
         return Err("_ArrayZipData_ is a text".to_owned());

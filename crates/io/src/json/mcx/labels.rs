@@ -5,25 +5,25 @@ use crate::input::Limits;
 use crate::scene::{Numbers, Tensor};
 use std::sync::Arc;
 
-/// Bytes per voxel while a scene is made of labels: as they are read, as numbers of the scene, as whole numbers, and as
-/// parts with the layers around them.
+/// Peak memory per voxel in bytes: labels as read (4), as numbers of the scene (4), as whole
+/// numbers (4), and as parts with the layers around them (1 + 1).
 const BYTES: u64 = 4 + 4 + 4 + 1 + 1;
 
-/// Labels of voxels, x fastest.
+/// Labels of voxels; x runs fastest.
 pub(super) struct Labels {
     pub size: [usize; 3],
     pub data: Vec<f32>,
 }
 
 impl Labels {
-    /// As an array `[z, y, x]`.
+    /// Converts the labels to an array `[z, y, x]`.
     pub(super) fn into_tensor(self) -> Option<Arc<Tensor>> {
         let [x, y, z] = self.size;
         let numbers = Numbers::Single(self.data);
         Tensor::new(vec![z, y, x], numbers).map(Arc::new).ok()
     }
 
-    /// The label at a position in voxels from the corner; 0 outside.
+    /// Returns the label at a position in voxels from the corner; 0 outside the volume.
     pub(super) fn at(&self, position: [f64; 3]) -> f32 {
         let inside = (0..3).all(|a| (0.0..self.size[a] as f64).contains(&position[a]));
         if !inside {
@@ -33,10 +33,10 @@ impl Labels {
         self.data[i + self.size[0] * (j + self.size[1] * k)]
     }
 
-    /// Volumes of one label.
+    /// Fills a volume with one label.
     ///
     /// # Errors
-    /// No voxels, or more than the limits of memory allow.
+    /// Returns an error if there are no voxels, or more than the memory limits allow.
     pub(super) fn filled(size: [usize; 3], label: f32, limits: Limits) -> Result<Self, Problem> {
         let count = size.iter().fold(1usize, |n, m| n.saturating_mul(*m));
         if count == 0 {

@@ -1,7 +1,10 @@
-//! Input files of MCX (Q. Fang and D. A. Boas, "Monte Carlo simulation of photon migration in 3D turbid media accelerated by graphics
-//! processing units", Optics Express 2009) as scenes: a volume of labels, a source, and cells of fluence.
+//! Reading input files of MCX as scenes: a volume of labels, a source, and cells of fluence.
 //!
-//! A scene unit is a millimetre. What is not read is an error where it would change the result, and a warning where it would not.
+//! MCX: Q. Fang and D. A. Boas, "Monte Carlo simulation of photon migration in 3D turbid media
+//! accelerated by graphics processing units", Optics Express 2009.
+//!
+//! A scene unit is a millimetre. A field that morgana does not read is an error if it would change
+//! the result, otherwise a warning.
 
 mod detectors;
 mod emitter;
@@ -24,7 +27,7 @@ use serde_json::{Value, json};
 /// Speed of light in millimetres per second.
 const LIGHT: f64 = 2.997_924_58e11;
 
-/// What is read of the domain.
+/// Fields of the domain that morgana reads.
 const DOMAIN: [&str; 9] = [
     "VolumeFile",
     "Volume",
@@ -37,7 +40,7 @@ const DOMAIN: [&str; 9] = [
     "Name",
 ];
 
-/// What a session may say that changes files, devices or messages.
+/// Fields of a session that only change files, devices or messages.
 const SESSION: [&str; 19] = [
     "BlockSize",
     "DebugFlag",
@@ -60,13 +63,13 @@ const SESSION: [&str; 19] = [
     "Comment",
 ];
 
-/// Whether a file is of MCX: no scene has these keys.
+/// Returns true for an input file of MCX. No scene has these keys.
 pub(super) fn is_one(root: &Node) -> bool {
     let has = |key| field(root, key).is_some();
     has("Domain") && has("Optode") && !has("type")
 }
 
-/// The scene that an input file describes; `None` after an error.
+/// Makes the scene that an input file describes; `None` after an error.
 pub(super) fn scene(root: &Node, limits: Limits, diagnostics: &mut Diagnostics) -> Option<Node> {
     let errors = diagnostics.error_count();
     let mut reader = Reader {
@@ -145,7 +148,7 @@ pub(super) fn scene(root: &Node, limits: Limits, diagnostics: &mut Diagnostics) 
     Some(scene)
 }
 
-/// Where positions of a file are.
+/// Coordinate system of a file's positions.
 struct Place {
     /// Millimetres per voxel.
     unit: f64,
@@ -154,19 +157,19 @@ struct Place {
 }
 
 impl Place {
-    /// A position in millimetres from the corner of the volume.
+    /// Converts a position to millimetres from the corner of the volume.
     fn of(&self, position: [f64; 3]) -> [f64; 3] {
         position.map(|x| (x - self.first) * self.unit)
     }
 }
 
-/// What a run is to do.
+/// Settings of a run.
 struct Settings {
     photons: i64,
     refraction: bool,
     /// First, last and width of time gates, in seconds.
     gates: [f64; 3],
-    /// Weight windows make late gates as accurate as early ones; not a setting of MCX.
+    /// True if weight windows equalise the errors of early and late gates. MCX has no such setting.
     weight_windows: bool,
     recording: Recording,
 }
@@ -177,7 +180,7 @@ impl Settings {
     }
 }
 
-/// The meter of the volume's voxels.
+/// Makes the meter of the volume's voxels.
 fn cells(labels: &Labels, unit: f64, settings: &Settings) -> Value {
     let [nx, ny, nz] = labels.size;
     let mut cells = json!({
@@ -207,7 +210,7 @@ fn field_mut<'n>(node: &'n mut Node, key: &str) -> Option<&'n mut Node> {
         .map(|e| &mut e.node)
 }
 
-/// A tree of a value, as if it had been written at one place.
+/// Converts a value to a tree, with one place for all its nodes.
 fn node(value: Value, at: &Location) -> Node {
     let json = match value {
         Value::Null => Json::Null,
@@ -234,7 +237,7 @@ fn node(value: Value, at: &Location) -> Node {
     }
 }
 
-/// Adds a field.
+/// Adds a field to an object.
 fn push(node: &mut Node, key: &str, json: Json) {
     let location = node.location.clone();
     if let Json::Object(entries) = &mut node.json {

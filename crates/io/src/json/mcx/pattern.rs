@@ -1,4 +1,5 @@
-//! Images that sources shine through: patterns, and waves in space (docs/guides/tissue-optics.md#input-of-mcx).
+//! Images that modulate the light of sources: patterns and waves in space
+//! (docs/guides/tissue-optics.md#input-of-mcx).
 
 use super::super::tree::{Json, Node};
 use super::source::Source;
@@ -10,23 +11,24 @@ use glam::DVec3;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-/// Pixels per period of a wave. Linear between their centres, its modulation is (π/64)²/3 = 0.08 % low.
+/// Pixels per period of a wave. Linear interpolation between pixel centres reduces the modulation
+/// by (π/64)²/3 = 0.08 %.
 const PER_PERIOD: f64 = 64.0;
-/// The most pixels of a wave.
+/// Largest number of pixels of a wave.
 const MOST: f64 = 4_194_304.0;
 
 /// Relative irradiance across a source.
 pub(super) struct Pattern {
     /// Sides of the parallelogram, in voxels.
     pub sides: [DVec3; 2],
-    /// Columns run along the first side, rows along the second.
+    /// Image; columns run along the first side, rows along the second.
     pub image: Arc<Tensor>,
     pub filter: &'static str,
     /// Mean of the image.
     pub mean: f64,
 }
 
-/// The pattern of a source of some kind, if it has one.
+/// Returns the pattern of a source of this kind, if it has one.
 pub(super) fn of(
     kind: &str,
     source: &Source,
@@ -73,7 +75,7 @@ impl Pattern {
     }
 }
 
-/// The pattern that a file gives, or a program: columns and rows, and values row by row.
+/// Returns the pattern from a file or a program: columns and rows, and values row by row.
 fn given(
     source: &Source,
     node: &Node,
@@ -110,7 +112,7 @@ fn given(
     }
 }
 
-/// The values of an array `[column, row]`, row by row.
+/// Returns the values of an array `[column, row]`, row by row.
 fn transposed(tensor: &Tensor, [columns, rows]: [usize; 2]) -> Result<Vec<f32>, String> {
     if tensor.shape() != [columns, rows] {
         let shape = tensor.shape();
@@ -122,7 +124,7 @@ fn transposed(tensor: &Tensor, [columns, rows]: [usize; 2]) -> Result<Vec<f32>, 
     Ok((0..tensor.len()).map(value).collect())
 }
 
-/// Values that are written out, or in a file of single precision.
+/// Returns values that are listed, or stored in a file in single precision.
 fn listed(pattern: &Node, reader: &mut Reader) -> Result<Vec<f32>, String> {
     reader.known(pattern, &["Nx", "Ny", "Nz", "Data"], &[]);
     let Some(data) = field(pattern, "Data") else {
@@ -141,7 +143,7 @@ fn listed(pattern: &Node, reader: &mut Reader) -> Result<Vec<f32>, String> {
     Ok(values)
 }
 
-/// ½ (1 + M cos 2π(f · (x, y) + φ)), or with the product of two sines in place of the cosine.
+/// A wave ½ (1 + M cos 2π(f · (x, y) + φ)), or with a product of two sines instead of the cosine.
 struct Wave {
     sides: [DVec3; 2],
     frequencies: [f64; 2],
@@ -178,7 +180,7 @@ impl Wave {
         }
     }
 
-    /// Columns and rows, and the values at the centres of pixels.
+    /// Returns columns and rows, and the values at pixel centres.
     fn image(&self) -> Result<([usize; 2], Vec<f32>), String> {
         if self.modulation.abs() > 1.0 {
             return Err("its modulation is between 0 and 1".to_owned());

@@ -1,4 +1,4 @@
-//! Reads fields of input files, whatever the case of their names, and reports what is wrong with them.
+//! Reading fields of input files, with names in any case, and reporting errors in them.
 
 use super::super::tree::{Entry, Json, Node};
 use super::super::values::{get, value};
@@ -10,7 +10,7 @@ use crate::scene::{Numbers, Tensor, Value as Held};
 use crate::schema::Type;
 use serde_json::json;
 use std::sync::Arc;
-/// Reads fields and reports what is wrong with them.
+/// Reads fields and reports errors in them.
 pub(super) struct Reader<'d> {
     /// Memory that a volume may take.
     pub limits: Limits,
@@ -23,7 +23,7 @@ impl Reader<'_> {
             .push(Diagnostic::error(message).at(&at.location));
     }
 
-    /// A number or a truth value that a field may have.
+    /// Returns an optional number, with true as 1 and false as 0.
     pub(super) fn number_or(&mut self, node: &Node, key: &str, default: f64) -> f64 {
         let Some(value) = field(node, key) else {
             return default;
@@ -38,7 +38,7 @@ impl Reader<'_> {
         }
     }
 
-    /// A number that a field must have; 0 after an error.
+    /// Returns a required number; 0 after an error.
     pub(super) fn number(&mut self, node: &Node, key: &str) -> f64 {
         if field(node, key).is_none() {
             self.error(node, format!("{key} is missing"));
@@ -46,7 +46,7 @@ impl Reader<'_> {
         self.number_or(node, key, 0.0)
     }
 
-    /// Refuses a field whose value is not as it `must` be.
+    /// Reports an error if a field has a value that is not as it `must` be.
     pub(super) fn only(&mut self, node: &Node, key: &str, must: impl Fn(&Node) -> bool) {
         if let Some(value) = field(node, key).filter(|v| !must(v)) {
             let message =
@@ -55,7 +55,8 @@ impl Reader<'_> {
         }
     }
 
-    /// Refuses fields other than those that are `read`, and those that do not change the result.
+    /// Reports an error for each field that is neither `read` nor `harmless` (without effect on the
+    /// result).
     pub(super) fn known(&mut self, node: &Node, read: &[&str], harmless: &[&str]) {
         let Json::Object(entries) = &node.json else {
             return;
@@ -69,7 +70,7 @@ impl Reader<'_> {
         }
     }
 
-    /// At least so many numbers.
+    /// Returns the first `N` numbers of a list, which must have at least `N`.
     pub(super) fn numbers<const N: usize>(&mut self, node: &Node, key: &str) -> Option<[f64; N]> {
         let Some(value) = field(node, key) else {
             self.error(node, format!("{key} is missing"));
@@ -82,7 +83,7 @@ impl Reader<'_> {
         found
     }
 
-    /// Rows of at least so many numbers, or one of them.
+    /// Returns rows of at least `least` numbers each. The field may also be a single row.
     pub(super) fn table(&mut self, node: &Node, key: &str, least: usize) -> Option<Vec<Vec<f64>>> {
         let Some(value) = field(node, key) else {
             self.error(node, format!("{key} is missing"));
@@ -100,7 +101,7 @@ impl Reader<'_> {
         found
     }
 
-    /// An array that a program hands over: small ones come as lists of lists.
+    /// Returns an array that a program hands over. Small arrays come as lists of lists.
     pub(super) fn array(&mut self, node: &Node) -> Option<Arc<Tensor>> {
         match value(node, Some(Type::Tensor), self.diagnostics) {
             Some(Held::Tensor(array)) => Some(array),
@@ -108,7 +109,7 @@ impl Reader<'_> {
         }
     }
 
-    /// The table of media: a row for each label.
+    /// Returns the table of media, with a row for each label.
     pub(super) fn media(&mut self, domain: &Node) -> Option<Arc<Tensor>> {
         let Some(media) = field(domain, "Media") else {
             self.error(domain, "Media is missing");
@@ -124,7 +125,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Media as objects, or as four numbers each.
+    /// Returns the table of media that are objects, or rows of four numbers.
     pub(super) fn rows(&mut self, rows: &[Node]) -> Option<Arc<Tensor>> {
         let names = ["mua", "mus", "g", "n"];
         let mut table = Vec::with_capacity(4 * rows.len());
@@ -209,7 +210,8 @@ impl Reader<'_> {
 }
 
 impl Reader<'_> {
-    /// Light that enters from outside is reflected as all other light is.
+    /// Reports a setting for specular reflection that contradicts how morgana treats light that
+    /// enters from outside. morgana reflects this light like all other light.
     fn specular(&mut self, session: &Node, refraction: bool) {
         let Some(node) = field(session, "DoSpecular") else {
             return;
@@ -231,7 +233,8 @@ impl Reader<'_> {
         }
     }
 
-    /// Says where values are that MCX would put in place of the fluence.
+    /// Warns that the output is fluence, and says where to find the quantity that MCX would output
+    /// instead.
     fn output(&mut self, session: &Node) {
         let Some(node) = field(session, "OutputType") else {
             return;
@@ -256,7 +259,7 @@ impl Reader<'_> {
     }
 }
 
-/// Rows of numbers, or one of them.
+/// Returns rows of numbers. The node may also be a single row.
 pub(super) fn rows(node: &Node) -> Option<Vec<Vec<f64>>> {
     match &node.json {
         Json::Tensor(tensor) => {
@@ -271,7 +274,7 @@ pub(super) fn rows(node: &Node) -> Option<Vec<Vec<f64>>> {
     }
 }
 
-/// The value of a key, whatever the case of its letters.
+/// Returns the value of a key, whatever the case of its letters.
 pub(super) fn field<'n>(node: &'n Node, key: &str) -> Option<&'n Node> {
     let Json::Object(entries) = &node.json else {
         return None;
@@ -280,7 +283,7 @@ pub(super) fn field<'n>(node: &'n Node, key: &str) -> Option<&'n Node> {
     get(entries, key).or_else(|| entries.iter().find(same).map(|entry| &entry.node))
 }
 
-/// The numbers of a list.
+/// Returns the numbers of a list or an array.
 pub(super) fn numbers(node: &Node) -> Option<Vec<f64>> {
     match &node.json {
         Json::Array(items) => items.iter().map(Node::number).collect(),

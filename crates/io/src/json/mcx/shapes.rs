@@ -1,5 +1,5 @@
-//! Shapes that are drawn into a volume, each over those before: a voxel has the label of a shape if its centre lies in it. `Origin` moves
-//! what it moves in MCX: boxes, subgrids and cylinders.
+//! Shapes drawn into a volume, each over the previous ones. A voxel gets the label of a shape if
+//! the voxel's centre lies in the shape. As in MCX, `Origin` moves boxes, subgrids and cylinders.
 
 use super::super::tree::{Entry, Json, Node};
 use super::labels::Labels;
@@ -7,7 +7,8 @@ use super::{Reader, field, numbers};
 use glam::DVec3;
 use std::ops::Range;
 
-/// Draws shapes into a volume, which a `Grid` makes anew; `None` after an error. The first voxel is at `origin`.
+/// Draws shapes into a volume; a `Grid` replaces the volume. The first voxel is at `origin`.
+/// Returns `None` after an error.
 pub(super) fn draw(
     shapes: &Node,
     start: Option<Labels>,
@@ -55,7 +56,7 @@ impl Canvas {
                     return;
                 };
                 let size = size.map(|v| v.max(0.0) as usize);
-                // The volume before is gone, and its memory.
+                // Free the previous volume before the new one is allocated.
                 self.labels = None;
                 match Labels::filled(size, tag, reader.limits) {
                     Ok(labels) => self.labels = Some(labels),
@@ -75,7 +76,7 @@ impl Canvas {
                 let size = reader
                     .numbers::<3>(node, "Size")
                     .map_or(DVec3::ZERO, DVec3::from);
-                // A subgrid is counted in voxels, from 1 and with its last ones.
+                // Voxels of a subgrid count from 1, and its last voxels are included.
                 let is_subgrid = entry.key.eq_ignore_ascii_case("subgrid");
                 let (low, size) = if is_subgrid {
                     (low - 1.0, size + 1.0)
@@ -119,7 +120,7 @@ impl Canvas {
         }
     }
 
-    /// A point in voxels from the volume's corner, by one of several names.
+    /// Returns a point in voxels from the volume's corner. The point may have any of several keys.
     fn point(&self, node: &Node, keys: &[&str], reader: &mut Reader) -> DVec3 {
         let key = keys
             .iter()
@@ -129,7 +130,7 @@ impl Canvas {
         found.map_or(DVec3::ZERO, DVec3::from)
     }
 
-    /// Gives the label of a shape to all voxels whose centres are inside.
+    /// Gives a shape's label to all voxels with centres inside the shape.
     fn fill(
         &mut self,
         node: &Node,
@@ -141,7 +142,7 @@ impl Canvas {
         self.each(node, part, reader, |p| inside(p).then_some(tag));
     }
 
-    /// Gives labels to the voxels of a part by their centres.
+    /// Gives labels to the voxels of a part, by the voxels' centres.
     fn each(
         &mut self,
         node: &Node,
@@ -169,7 +170,7 @@ impl Canvas {
         }
     }
 
-    /// First and last layer of voxels, counted from 1, and a label.
+    /// Draws layers, each given by its first and last voxel, counted from 1, and its label.
     fn layers(&mut self, axis: usize, node: &Node, reader: &mut Reader) {
         let Some(rows) = rows::<3>(node) else {
             return reader.error(
@@ -185,7 +186,7 @@ impl Canvas {
         }
     }
 
-    /// Slabs between two coordinates, in whole voxels.
+    /// Draws slabs between two coordinates, in whole voxels.
     fn slabs(&mut self, axis: usize, node: &Node, reader: &mut Reader) {
         let Some(bounds) = field(node, "Bound").and_then(rows::<2>) else {
             return reader.error(node, "slabs have a Bound: lists of two numbers");
@@ -198,7 +199,7 @@ impl Canvas {
     }
 }
 
-/// A part of space, in voxels, in which a shape lies.
+/// Bounding box of a shape, in voxels.
 #[derive(Clone, Copy)]
 struct Part {
     low: DVec3,
@@ -215,7 +216,7 @@ impl Part {
         Part { low, high }
     }
 
-    /// The part between two coordinates along an axis.
+    /// Returns the part between two coordinates along an axis.
     fn along(axis: usize, low: f64, high: f64) -> Self {
         let mut part = Part::WHOLE;
         part.low[axis] = low;
@@ -223,7 +224,7 @@ impl Part {
         part
     }
 
-    /// The voxels of a volume whose centres may lie in it.
+    /// Returns the voxels of a volume whose centres may lie in the part.
     fn voxels(&self, size: [usize; 3]) -> [Range<usize>; 3] {
         std::array::from_fn(|axis| {
             let place = |x: f64| x.floor().clamp(0.0, size[axis] as f64) as usize;
@@ -240,7 +241,7 @@ fn axis_of(key: &str) -> usize {
     }
 }
 
-/// Rows of so many numbers, or one of them.
+/// Returns rows of `N` numbers. The node may also be a single row.
 fn rows<const N: usize>(node: &Node) -> Option<Vec<[f64; N]>> {
     let rows = super::rows(node)?;
     rows.into_iter().map(|row| row.try_into().ok()).collect()

@@ -1,25 +1,26 @@
-//! Sources as a file says them.
+//! Sources as a file gives them.
 
 use super::super::tree::Node;
 use super::labels::Labels;
 use super::{Place, Reader, field};
 use glam::DVec3;
 
-/// How far sources in the volume are moved, of the way to the centre of the voxel that holds them: MCX starts photons in that voxel.
+/// Displacement of sources in the volume, as a fraction of the way to the centre of their voxel.
+/// MCX starts photons in this voxel.
 const INWARD: f64 = 1e-4;
 
-/// One of the sources of a file.
+/// A source of a file.
 pub(super) struct Source {
-    /// In voxels from the corner of the volume, inside of the voxel that holds it.
+    /// Position in voxels from the volume's corner, inside the voxel that contains it.
     pub position: DVec3,
     pub direction: DVec3,
     pub first: [f64; 4],
     pub second: [f64; 4],
-    /// What its photons weigh.
+    /// Weight of the source's photons.
     pub weight: f64,
 }
 
-/// The sources that a file asks for: all, or that of a number from 1.
+/// Returns the sources that a file selects by `ID`: all, or a single one, counted from 1.
 pub(super) fn wanted(
     mut sources: Vec<Source>,
     node: &Node,
@@ -90,13 +91,13 @@ impl Source {
         Some(sources)
     }
 
-    /// The sides of the parallelogram that the parameters span.
+    /// Returns the sides of the parallelogram that the parameters span.
     pub(super) fn sides(&self) -> [DVec3; 2] {
         [self.first, self.second].map(|p| DVec3::new(p[0], p[1], p[2]))
     }
 }
 
-/// A position, a little inside of the voxel with a medium that holds it.
+/// Moves a position slightly into its voxel, if the voxel has a medium.
 fn inside(position: DVec3, labels: Option<&Labels>) -> DVec3 {
     if labels.is_some_and(|l| l.at(position.to_array()) > 0.0) {
         position.lerp(position.floor() + 0.5, INWARD)
@@ -105,7 +106,7 @@ fn inside(position: DVec3, labels: Option<&Labels>) -> DVec3 {
     }
 }
 
-/// A unit direction, of light without a focus.
+/// Returns a unit direction. Refuses light with a focus.
 fn direction(row: &[f64], node: &Node, reader: &mut Reader) -> Option<DVec3> {
     if row.get(3).is_some_and(|focus| *focus != 0.0) {
         let message = "sources with a focus (the fourth number of Dir) are not read";
@@ -119,7 +120,7 @@ fn direction(row: &[f64], node: &Node, reader: &mut Reader) -> Option<DVec3> {
     direction
 }
 
-/// Parameters, of which those at the end may be missing.
+/// Returns four parameters; missing ones at the end are 0.
 fn four(row: &[f64]) -> [f64; 4] {
     std::array::from_fn(|i| row.get(i).copied().unwrap_or(0.0))
 }

@@ -1,4 +1,4 @@
-//! The labels of a volume: from a file, and from shapes that are drawn into it.
+//! Labels of a volume, from a file and from shapes drawn into the volume.
 
 use super::super::tree::{self, Json, Node};
 use super::labels::Labels;
@@ -11,7 +11,7 @@ use crate::volume::{AxisOrder, Format, Options, Volume};
 use glam::DVec3;
 use std::path::Path;
 
-/// The labels that a file describes; `None` after an error.
+/// Returns the labels that a file describes; `None` after an error.
 pub(super) fn labels(root: &Node, domain: &Node, reader: &mut Reader) -> Option<Labels> {
     let size = field(domain, "Dim").and_then(numbers).and_then(sizes);
     // As in MCX, the first voxel of shapes is at 1 unless positions count from 0.
@@ -43,7 +43,7 @@ pub(super) fn labels(root: &Node, domain: &Node, reader: &mut Reader) -> Option<
     labels
 }
 
-/// Labels 0 if there is a size; `None` after an error.
+/// Returns a volume of label 0 if a size is given; `None` after an error.
 fn filled(size: Option<[usize; 3]>, at: &Node, reader: &mut Reader) -> Option<Option<Labels>> {
     let labels = size.map(|size| Labels::filled(size, 0.0, reader.limits));
     labels
@@ -52,7 +52,7 @@ fn filled(size: Option<[usize; 3]>, at: &Node, reader: &mut Reader) -> Option<Op
         .ok()
 }
 
-/// Shapes over labels, or an array in their place.
+/// Draws shapes over labels, or reads an array that replaces the labels.
 fn drawn(
     shapes: &Node,
     start: Option<Labels>,
@@ -66,7 +66,7 @@ fn drawn(
     }
 }
 
-/// An array `[x, y, z]` that a program hands over.
+/// Returns the labels in an array `[x, y, z]` that a program hands over.
 fn held_by(held: &Node, reader: &mut Reader) -> Option<Labels> {
     match &held.json {
         Json::Tensor(_) | Json::Array(_) => {
@@ -81,7 +81,7 @@ fn held_by(held: &Node, reader: &mut Reader) -> Option<Labels> {
     }
 }
 
-/// An array of JData, `[x, y, z]`.
+/// Returns the labels in a JData array `[x, y, z]`.
 fn annotated(node: &Node, reader: &mut Reader) -> Option<Labels> {
     let array = jdata::array(node, reader)?;
     if !array.element.is_integer() || array.tensor.shape().len() != 3 {
@@ -108,7 +108,7 @@ fn sizes(numbers: Vec<f64>) -> Option<[usize; 3]> {
     sizes.try_into().ok()
 }
 
-/// The labels of a file of shapes, of raw bytes, or of another known format.
+/// Reads labels from a file of shapes, of raw bytes, or of another known format.
 fn from_file(
     file: &Node,
     size: Option<[usize; 3]>,
@@ -155,7 +155,7 @@ fn from_shapes(
     drawn(shapes, start, origin, reader)
 }
 
-/// A byte for each voxel, x fastest.
+/// Reads a byte for each voxel; x runs fastest.
 fn raw(path: &Path, size: Option<[usize; 3]>) -> Result<Labels, String> {
     let size = size.ok_or("Domain needs the numbers of voxels, Dim")?;
     let bytes = input::read(path).map_err(|e| e.to_string())?;
