@@ -1,22 +1,22 @@
-//! When a run is to end before it has all its samples, and why it did.
+//! Time limits and interruptions of runs.
 
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 use transport::render::Handle;
 
-/// Why a run ended before it had all its samples.
+/// Reason why a run ended before it had all its samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stopped {
-    /// The user asked for it.
+    /// The user interrupted the run.
     Interrupted,
-    /// Its time was over.
+    /// The time limit was reached.
     Time,
-    /// Its error was small enough.
+    /// The error was small enough.
     Target,
 }
 
 impl Stopped {
-    /// As statistics name it.
+    /// Returns the reason's name in statistics.
     pub fn name(self) -> &'static str {
         match self {
             Stopped::Interrupted => "interrupted",
@@ -26,7 +26,7 @@ impl Stopped {
     }
 }
 
-/// The time of a run, and the user's patience.
+/// Clock that ends a run at its time limit, or when the user interrupts it.
 pub struct Clock<'a> {
     asked: &'a (dyn Fn() -> bool + Sync),
     time: Option<Duration>,
@@ -35,7 +35,8 @@ pub struct Clock<'a> {
 }
 
 impl<'a> Clock<'a> {
-    /// Starts now; the run may take so much `time`, and `asked` says whether the user has asked it to end.
+    /// Starts the clock. The run may take at most `time`; `asked` returns true once the user has
+    /// interrupted the run.
     pub fn start(time: Option<Duration>, asked: &'a (dyn Fn() -> bool + Sync)) -> Self {
         Clock {
             asked,
@@ -45,7 +46,7 @@ impl<'a> Clock<'a> {
         }
     }
 
-    /// To be asked between passes: a run that has all its samples ends by itself.
+    /// Decides between passes if the run goes on. A run that has all its samples ends by itself.
     pub fn look(&mut self, is_done: bool) -> ControlFlow<()> {
         self.stopped = self.reason().filter(|_| !is_done);
         if self.stopped.is_some() {
@@ -55,7 +56,7 @@ impl<'a> Clock<'a> {
         }
     }
 
-    /// Why a run ended early that has ended, maybe within a pass.
+    /// Returns the reason why a finished run ended early, possibly within a pass.
     pub fn end(self, handle: &Handle) -> Option<Stopped> {
         let given_up = self.reason().filter(|_| handle.is_given_up());
         self.stopped.or(given_up)

@@ -1,4 +1,4 @@
-//! What a scene uses, beside what Mitsuba 3 has.
+//! Plugins that a scene uses, and features that Mitsuba 3 lacks.
 
 use crate::diagnostic::{Diagnostics, Severity};
 use crate::scene::{ObjectDescription, PluginKind, SceneDescription, Value, descendants};
@@ -6,17 +6,17 @@ use crate::schema::mitsuba;
 use std::collections::BTreeMap;
 use transport::aov::Aov;
 
-/// What a scene uses.
+/// Plugins and own features that a scene uses.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Features {
-    /// How often each plugin stands in it, by kind and name.
+    /// Number of uses of each plugin, by kind and name.
     pub plugins: BTreeMap<(PluginKind, String), usize>,
-    /// What Mitsuba 3 does not have, for example `'ior' of medium 'homogeneous'`.
+    /// Features that Mitsuba 3 does not have, for example `'ior' of medium 'homogeneous'`.
     pub own: Vec<String>,
 }
 
 impl Features {
-    /// Those of a scene, objects that are referred to several times counted once.
+    /// Collects the features of a scene. Objects with several references count once.
     pub fn of(scene: &SceneDescription) -> Self {
         let mut features = Features::default();
         for object in descendants([&*scene.root]).filter(|o| o.kind != PluginKind::Scene) {
@@ -30,7 +30,7 @@ impl Features {
     }
 }
 
-/// What only morgana has of an object.
+/// Lists the features of an object that only morgana has.
 fn own(object: &ObjectDescription) -> Vec<String> {
     let (kind, plugin) = (object.kind, object.plugin.as_str());
     if !mitsuba::has_plugin(kind, plugin) {
@@ -47,7 +47,8 @@ fn own(object: &ObjectDescription) -> Vec<String> {
     unknown.chain(of_rays).collect()
 }
 
-/// Whether an `aov` lists what Mitsuba's does not: it takes `NAME:TYPE`, of surfaces only.
+/// Returns true if an `aov` lists quantities that Mitsuba's plugin does not have. Mitsuba accepts
+/// `NAME:TYPE` with surface quantities only.
 fn lists_own(object: &ObjectDescription) -> bool {
     let list = object.properties.iter().find(|p| p.name == "aovs");
     let Some(Value::String(list)) = list.map(|p| &p.value) else {
@@ -62,7 +63,7 @@ fn lists_own(object: &ObjectDescription) -> bool {
     list.split(',').map(str::trim).any(is_own)
 }
 
-/// Errors without their places: each message, and how often it stands there, the most frequent first.
+/// Counts errors by message, without their places; the most frequent message comes first.
 pub fn missing(diagnostics: &Diagnostics) -> Vec<(String, usize)> {
     let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
     let errors = diagnostics.iter().filter(|d| d.severity == Severity::Error);

@@ -1,4 +1,4 @@
-//! Loading of a scene as other threads see it: what is being done, and how it is ended.
+//! Progress of loading a scene for other threads, and requests to end it.
 
 use crate::diagnostic::{Diagnostic, Diagnostics, Location};
 use crate::scene::ObjectDescription;
@@ -11,9 +11,9 @@ use std::thread;
 use std::time::Duration;
 use transport::Stop;
 
-/// Time between two looks at work under way.
+/// Time between two checks of the work in progress.
 const INTERVAL: Duration = Duration::from_millis(50);
-/// Bytes of stack of the thread that loads: as many as the main thread has on Linux.
+/// Stack size of the loading thread in bytes: the size of the main thread's stack on Linux.
 const STACK: usize = 8 << 20;
 
 /// Progress of loading a scene. Copies share it.
@@ -23,7 +23,7 @@ pub struct Loading {
     stage: Arc<Mutex<Stage>>,
 }
 
-/// A stage of loading, shown as it completes "while …".
+/// A stage of loading, displayed so that it completes "while …".
 #[derive(Clone, Debug)]
 pub struct Stage {
     what: Cow<'static, str>,
@@ -50,22 +50,23 @@ impl fmt::Display for Stage {
 }
 
 impl Loading {
-    /// Asks loading to end: it does at its next step, with an error.
+    /// Requests that loading ends. It ends at its next step, with an error.
     pub fn give_up(&self) {
         self.stop.raise();
     }
 
-    /// The stage that loading has come to.
+    /// Returns the current stage of loading.
     pub fn stage(&self) -> Stage {
         let stage = self.stage.lock().unwrap_or_else(PoisonError::into_inner);
         stage.clone()
     }
 
-    /// Does the `work` of loading on a thread of its own, and calls `look` meanwhile, twenty times a second. When `look` breaks, the work is
-    /// asked to end, and left to itself: this function returns at once.
+    /// Runs `work` on a thread of its own, and meanwhile calls `look` twenty times a second. When
+    /// `look` breaks, this function requests that the work ends, and returns at once without
+    /// waiting for it.
     ///
     /// # Errors
-    /// The system does not start another thread.
+    /// Returns an error if the system cannot start another thread.
     pub fn watch<T: Send + 'static, B>(
         &self,
         work: impl FnOnce() -> T + Send + 'static,
@@ -73,7 +74,7 @@ impl Loading {
     ) -> std::io::Result<ControlFlow<B, T>> {
         let (running, ended) = channel::<()>();
         let thread = thread::Builder::new().stack_size(STACK).spawn(move || {
-            // Dropped at the end, also if the work panics.
+            // Dropped at the end, even if the work panics.
             let _running = running;
             work()
         })?;
@@ -100,17 +101,17 @@ impl Loading {
         self.enter(what.into(), Some(object.location.clone()));
     }
 
-    /// Returns whether loading is to end.
+    /// Returns true if loading is to end.
     pub(crate) fn is_given_up(&self) -> bool {
         self.stop.is_raised()
     }
 
-    /// Returns the request to end that the parts of a scene look at while they are put together.
+    /// Returns the request to end. Parts of a scene check it while they are assembled.
     pub(crate) fn stop(&self) -> &Stop {
         &self.stop
     }
 
-    /// Returns the error of loading that was given up; `None` if it was not.
+    /// Returns the error of loading that was given up; otherwise `None`.
     pub(crate) fn error(&self) -> Option<Diagnostics> {
         let mut diagnostics = Diagnostics::new();
         let message = format!("loading was given up while {}", self.stage());

@@ -1,4 +1,4 @@
-//! Runs from their first sample to their outcome, for pictures and meters alike.
+//! Runs from their first sample to their result, for pictures and meters alike.
 
 use crate::clock::Clock;
 use crate::part::{Body, BodyRef};
@@ -15,15 +15,15 @@ pub enum Outcome {
 }
 
 impl Run<'_> {
-    /// Returns whether the scene has meters in place of a camera.
+    /// Returns true if the scene has meters instead of a camera.
     pub fn has_meters(&self) -> bool {
         !self.loaded.instruments.is_empty()
     }
 
-    /// Starts without samples.
+    /// Starts a run without samples.
     ///
     /// # Errors
-    /// Meters that do not fit into memory, or have no light to measure.
+    /// Returns an error if meters do not fit into memory, or have no light to measure.
     pub fn start(&self) -> Result<Body, Refusal> {
         let scenes = &self.loaded.groups;
         Ok(if self.has_meters() {
@@ -33,7 +33,7 @@ impl Run<'_> {
         })
     }
 
-    /// Returns whether these are samples of this run, whichever it has.
+    /// Returns true if `body` contains samples of this run, whichever they are.
     pub fn fits(&self, body: &Body) -> bool {
         let scenes = &self.loaded.groups;
         match body {
@@ -42,14 +42,14 @@ impl Run<'_> {
         }
     }
 
-    /// Takes the samples that are missing, on the current thread pool. After each pass it calls `on_pass` and asks the clock whether to
-    /// go on.
+    /// Takes the missing samples on the current thread pool. After each pass it calls `on_pass` and
+    /// asks the clock whether to continue.
     ///
     /// # Errors
-    /// Meters that have no light to measure.
+    /// Returns an error if meters have no light to measure.
     ///
     /// # Panics
-    /// If the samples do not [fit](Run::fits).
+    /// Panics if the samples do not [fit](Run::fits).
     pub fn advance(
         &self,
         body: &mut Body,
@@ -74,10 +74,10 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Turns samples into the result.
+    /// Converts samples to the result.
     ///
     /// # Errors
-    /// Meters that have no light to measure.
+    /// Returns an error if meters have no light to measure.
     pub fn finish(&self, body: Body) -> Result<Outcome, Refusal> {
         let scenes = &self.loaded.groups;
         Ok(match body {

@@ -1,8 +1,9 @@
-//! Parts of renders as files: checkpoints, and shards that are to be merged.
+//! Files with parts of renders: checkpoints, and shards to be merged.
 //!
-//! A file is `morgana\x1a`, the number of the format, a header, what was gathered, and a BLAKE3 hash of all of this.
-//! Numbers and structures are encoded by [postcard](https://postcard.jamesmunns.com/wire-format). A file of which one bit is
-//! wrong is refused, and one is replaced only by a file that is complete.
+//! A file contains `morgana\x1a`, the format number, a header, the samples, and a BLAKE3 hash of
+//! all preceding bytes. [postcard](https://postcard.jamesmunns.com/wire-format) encodes numbers and
+//! structures. A file with a single wrong bit is refused. Only a complete file replaces an existing
+//! one.
 
 use crate::atomic;
 use crate::error::{FileError, Problem};
@@ -16,49 +17,51 @@ use transport::render::{MeasureState, MergeError, Ranges, State};
 use transport::sampling::Replicates;
 
 const MAGIC: &[u8; 8] = b"morgana\x1a";
-/// Grows with every change of what is stored.
+/// Format number; it increases with every change of the stored data.
 const FORMAT: u32 = 12;
-/// Name of the setting which integrator rendered it.
+/// Name of the setting that records the integrator of the render.
 pub(crate) const INTEGRATOR: &str = "integrator";
-/// Name of the setting why that was chosen.
+/// Name of the setting that records why the integrator was chosen.
 pub(crate) const REASON: &str = "choice of the integrator";
 const HASH: usize = blake3::OUT_LEN;
-/// What is written at a time.
+/// Bytes that are written at a time.
 const BUFFER: usize = 1 << 16;
 
-/// What was gathered so far of a render, and which render that is.
+/// Samples of a render, and the header that identifies the render.
 #[derive(Clone, Debug)]
 pub struct Part {
-    /// Which render.
+    /// Identification of the render.
     pub header: Header,
-    /// What was gathered.
+    /// Samples so far.
     pub body: Body,
 }
 
-/// Which render a part is of.
+/// Identification of the render that a part belongs to.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Header {
-    /// Version of the program: others may take other samples.
+    /// Version of the program. Other versions may take other samples.
     pub version: String,
-    /// What its estimators find, in short: other builds of the same version may find something else.
+    /// Digest of the results of the estimators and meters used. Builds of one version may differ in
+    /// it.
     pub results: String,
     /// Hash of the scene with all its files.
     pub scene_hash: String,
-    /// Settings that decide which samples are taken, by name.
+    /// Settings that determine which samples are taken, by name.
     pub settings: Vec<(String, String)>,
-    /// Number of samples (or particles) of the whole render; none if it has no limit.
+    /// Number of samples (or particles) of the whole render; `None` if it has no limit.
     pub total: Option<u64>,
-    /// How samples belong together: parts have whole replicates.
+    /// Grouping of samples into replicates. A part contains whole replicates.
     pub replicates: Replicates,
-    /// Which of how many parts of the whole this one is, counted from 0.
+    /// Index of this part, counted from 0, and the number of parts; `None` if this is the whole.
     pub shard: Option<[u64; 2]>,
-    /// How to find the scene, and what it was rendered with, as the program knows it; empty if a part comes from elsewhere.
+    /// Scene file and options, in the program's own form; empty if a part does not come from the
+    /// program.
     pub origin: String,
-    /// Time that was spent, in seconds, over all runs.
+    /// Rendering time in seconds, over all runs.
     pub seconds: f64,
 }
 
-/// What was gathered.
+/// Samples or particles of a part.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Body {
     /// Samples of an image.
@@ -67,39 +70,39 @@ pub enum Body {
     Meters(Box<MeasureState>),
 }
 
-/// Why parts are not of the same render.
+/// Difference between parts that do not belong to one render.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Foreign {
-    /// Other programs.
+    /// Different versions of the program.
     #[error("it is of version {0}, not {1}")]
     Version(String, String),
-    /// Other builds.
+    /// Different builds.
     #[error(
         "it comes from another build of version {0}, whose estimators give other results ({1}, not {2}): render all parts by \
          one"
     )]
     Results(String, String, String),
-    /// Other scenes.
+    /// Different scenes.
     #[error(
         "it is of another scene: the description or a file that it uses has changed (hash {0}, not {1})"
     )]
     Scene(String, String),
-    /// Other settings: name, and values.
+    /// Different settings: name and both values.
     #[error("it was rendered with {0} = {1}, not {2}")]
     Setting(String, String, String),
-    /// Other totals.
+    /// Different totals.
     #[error("it is of a render of {0} samples, not {1}")]
     Total(String, String),
-    /// Other contents.
+    /// Contents that cannot be merged.
     #[error("{0}")]
     Merge(#[from] MergeError),
 }
 
 impl Header {
-    /// Finds out whether samples with another header are of the same render, whatever their total.
+    /// Checks that samples with another header belong to this render, whatever their total.
     ///
     /// # Errors
-    /// The first difference, as seen from `self`.
+    /// Returns the first difference, as seen from `self`.
     pub fn agrees(&self, other: &Header) -> Result<(), Foreign> {
         let clone = |a: &String, b: &String| (a.clone(), b.clone());
         if self.version != other.version {
@@ -117,7 +120,7 @@ impl Header {
             let found = header.settings.iter().find(|(n, _)| n == name);
             found.map_or("(none)".to_owned(), |(_, value)| value.clone())
         };
-        // Why the integrator was chosen may differ: a render that goes on for longer would have had a longer pilot.
+        // Skip the reason for the integrator: a continued render would have had a longer pilot.
         let names = self.settings.iter().chain(&other.settings);
         for (name, _) in names.filter(|(name, _)| name != REASON) {
             let (mine, others) = (value(self, name), value(other, name));
@@ -125,7 +128,7 @@ impl Header {
                 return Err(Foreign::Setting(name.clone(), mine, others));
             }
         }
-        // Of the same estimator and meters, as the same settings and scene have them.
+        // Scene and settings are equal here, so both digests cover one set of estimator and meters.
         if self.results != other.results {
             let (a, b) = clone(&self.results, &other.results);
             return Err(Foreign::Results(self.version.clone(), a, b));
@@ -133,7 +136,7 @@ impl Header {
         Ok(())
     }
 
-    /// The value of a setting, if there is one of that name.
+    /// Returns the value of the setting `name`, if there is one.
     pub fn setting(&self, name: &str) -> Option<&str> {
         let mut settings = self.settings.iter();
         settings
@@ -141,7 +144,7 @@ impl Header {
             .map(|(_, value)| value.as_str())
     }
 
-    /// Numbers of the samples that this part is to have.
+    /// Returns the numbers of the samples of this part.
     pub fn range(&self) -> Range<u64> {
         let total = self.total.unwrap_or(u64::MAX);
         let end = |index, count| self.replicates.whole(share(total, index, count));
@@ -152,29 +155,30 @@ impl Header {
     }
 }
 
-/// `total · index / count`.
+/// Returns `total · index / count`.
 fn share(total: u64, index: u64, count: u64) -> u64 {
     let product = u128::from(total) * u128::from(index);
     u64::try_from(product / u128::from(count.max(1))).unwrap_or(u64::MAX)
 }
 
 impl Body {
-    /// Numbers of the samples, or particles, that were taken.
+    /// Returns the numbers of the samples, or particles, taken so far.
     pub fn done(&self) -> &Ranges {
         BodyRef::of(self).done()
     }
 
-    /// Returns whether a picture has reached its target error.
+    /// Returns true if a picture has reached its target error.
     pub fn reached(&self) -> bool {
         matches!(self, Body::Image(state) if state.reached())
     }
 }
 
 impl Part {
-    /// Adds a part of the same render.
+    /// Adds a part of this render.
     ///
     /// # Errors
-    /// A part of another render, or one with samples that are here already; nothing is added then.
+    /// Returns an error for a part of another render, or one with samples that are already here.
+    /// `self` then remains unchanged.
     pub fn merge(&mut self, other: &Part) -> Result<(), Foreign> {
         other.header.agrees(&self.header)?;
         if other.header.total != self.header.total {
@@ -195,15 +199,15 @@ impl Part {
     /// Writes a file, completely or not at all.
     ///
     /// # Errors
-    /// As for [`atomic::write()`].
+    /// Returns the errors of [`atomic::write()`].
     pub fn write(&self, path: &Path) -> Result<(), FileError> {
         write(path, &self.header, BodyRef::of(&self.body))
     }
 
-    /// The bytes of a file.
+    /// Returns the bytes of a file.
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut bytes = Vec::new();
-        // Nothing can fail but the memory's size.
+        // Writing to memory fails only if the memory is exhausted.
         let _ = encode(&mut bytes, &self.header, BodyRef::of(&self.body));
         bytes
     }
@@ -211,7 +215,8 @@ impl Part {
     /// Reads a file.
     ///
     /// # Errors
-    /// A file that cannot be read, that is none of these, of another format, incomplete or damaged.
+    /// Returns an error if the file cannot be read, is not a part, has another format number, or is
+    /// incomplete or damaged.
     pub fn read(path: &Path) -> Result<Self, FileError> {
         let bytes = input::read(path)?;
         Part::from_bytes(&bytes).map_err(|problem| problem.at(path))
@@ -220,7 +225,7 @@ impl Part {
     /// Decodes the bytes of a file.
     ///
     /// # Errors
-    /// As for [`Part::read`].
+    /// Returns the errors of [`Part::read`].
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, Problem> {
         let content = checked(bytes)?;
         let damaged = |e: postcard::Error| Problem::Malformed(format!("not readable: {e}"));
@@ -233,7 +238,7 @@ impl Part {
     }
 }
 
-/// Header and body of a file that is whole.
+/// Returns header and body of a complete file.
 fn checked(bytes: &[u8]) -> Result<&[u8], Problem> {
     let not_one = |reason: &str| Problem::WrongFormat {
         format: "morgana part",
@@ -260,12 +265,12 @@ fn checked(bytes: &[u8]) -> Result<&[u8], Problem> {
     }
 }
 
-/// What a file of these contents ends with.
+/// Returns the hash that ends a file with these contents.
 pub fn checksum(contents: &[u8]) -> [u8; HASH] {
     *blake3::hash(contents).as_bytes()
 }
 
-/// A body that is somewhere else; it is encoded as [`Body`] is.
+/// A body that is borrowed; it is encoded like [`Body`].
 #[derive(Clone, Copy, Debug, Serialize)]
 pub enum BodyRef<'a> {
     /// Samples of an image.
@@ -283,7 +288,7 @@ impl<'a> BodyRef<'a> {
         }
     }
 
-    /// Numbers of the samples, or particles, that were taken.
+    /// Returns the numbers of the samples, or particles, taken so far.
     pub fn done(self) -> &'a Ranges {
         match self {
             BodyRef::Image(state) => state.done(),
@@ -291,7 +296,7 @@ impl<'a> BodyRef<'a> {
         }
     }
 
-    /// The picture so far; none of meters.
+    /// Returns the picture so far; `None` for meters.
     pub fn film(self) -> Option<&'a Film> {
         match self {
             BodyRef::Image(state) => Some(state.film()),
@@ -300,10 +305,10 @@ impl<'a> BodyRef<'a> {
     }
 }
 
-/// Writes a part while it is being worked on: see [`Part::write`].
+/// Writes a part that is still in progress: see [`Part::write`].
 ///
 /// # Errors
-/// As for [`atomic::write()`].
+/// Returns the errors of [`atomic::write()`].
 pub fn write(path: &Path, header: &Header, body: BodyRef) -> Result<(), FileError> {
     atomic::write(path, |file| encode(file, header, body))
 }
@@ -323,12 +328,12 @@ fn encode(to: &mut impl Write, header: &Header, body: BodyRef) -> io::Result<()>
 fn put(value: &impl Serialize, to: &mut impl Write) -> io::Result<()> {
     match postcard::to_io(value, &mut *to) {
         Ok(_) => Ok(()),
-        // It does not say what the system said; a second attempt to write does.
+        // This error lacks the message of the system; flushing again returns it.
         Err(error) => Err(to.flush().err().unwrap_or(io::Error::other(error))),
     }
 }
 
-/// Passes bytes on and hashes them.
+/// Writer that passes bytes on and hashes them.
 struct Hashing<'a, W> {
     hasher: blake3::Hasher,
     to: &'a mut W,

@@ -1,4 +1,4 @@
-//! Scene files by their extension.
+//! Reading scene files in XML or JSON.
 
 use crate::diagnostic::Diagnostics;
 use crate::input::Limits;
@@ -6,10 +6,11 @@ use crate::scene::SceneDescription;
 use crate::{json, xml};
 use std::path::Path;
 
-/// Reads a scene file without making a scene of it: JSON if its extension is `.json`, else XML. `overrides` are pairs of parameter
-/// name and value that take the place of those in the file. `limits` are those of [`json::load`].
+/// Reads a scene file without assembling the scene: JSON if its extension is `.json`, otherwise
+/// XML. `overrides` are pairs of parameter name and value that replace those in the file. `limits`
+/// have the meaning that they have for [`json::load`].
 ///
-/// Returns `None` if there was an error; every problem found is in `diagnostics`.
+/// Returns `None` if there was an error; `diagnostics` gets every problem found.
 pub fn read_scene(
     path: &Path,
     overrides: &[(String, String)],
@@ -23,7 +24,7 @@ pub fn read_scene(
     }
 }
 
-/// Whether a scene file is JSON.
+/// Returns true if a scene file is JSON.
 pub fn is_json(path: &Path) -> bool {
     let extension = path.extension();
     extension.is_some_and(|e| e.eq_ignore_ascii_case("json"))

@@ -1,4 +1,4 @@
-//! What happened in a run, as JSON.
+//! Statistics of runs as JSON.
 
 use crate::Loaded;
 use crate::rendered::Naming;
@@ -8,7 +8,7 @@ use transport::render::{EnergyBalance, Rendering, Share};
 use transport::stats::{ConnectionCounts, Stats};
 use transport::{Film, Scene};
 
-/// A render: what was done, what happened, and where light went; with what is told of the run besides, an object.
+/// Adds the statistics of a render to `run`, an object with the caller's own entries.
 pub fn render(loaded: &Loaded, rendering: &Rendering, mut run: Value) -> Value {
     let film = &rendering.film;
     let entries = [
@@ -49,7 +49,7 @@ pub fn render(loaded: &Loaded, rendering: &Rendering, mut run: Value) -> Value {
     run
 }
 
-/// How many records of detected light a meter has kept.
+/// Returns the number of records of detected light that a meter has kept.
 pub fn records(table: &RecordTable) -> Value {
     json!({
         "count": table.particle.len(),
@@ -57,7 +57,7 @@ pub fn records(table: &RecordTable) -> Value {
     })
 }
 
-/// Counts of a run.
+/// Returns the counters of a run.
 pub fn counters(stats: &Stats) -> Value {
     json!({
         "paths": stats.paths,
@@ -73,7 +73,8 @@ pub fn counters(stats: &Stats) -> Value {
     })
 }
 
-/// What became of connections. `search` is the probability with which they were searched for further branches.
+/// Returns the statistics of connections. `search` is the probability with which a connection was
+/// searched for further branches.
 pub fn connections(stats: &Stats, search: f64) -> Value {
     let c = &stats.connections;
     json!({
@@ -100,13 +101,15 @@ pub fn connections(stats: &Stats, search: f64) -> Value {
     })
 }
 
-/// What was given up because it took too many steps.
+/// Returns the numbers of rays, connections and searches for photons that were given up after too
+/// many steps.
 pub fn over_budget(stats: &Stats) -> Value {
     let over = &stats.over_budget;
     json!({"rays": over.rays, "connections": over.connections, "gathers": over.gathers})
 }
 
-/// The same in a few words, if there is anything: its light is missing.
+/// Describes in a few words what was given up after too many steps, if anything: its light is
+/// missing.
 pub fn possible_bias(stats: &Stats) -> Option<String> {
     let over = &stats.over_budget;
     let counts = [
@@ -122,7 +125,7 @@ pub fn possible_bias(stats: &Stats) -> Option<String> {
     (!counts.is_empty()).then(|| format!("possible bias: {what} given up after too many steps"))
 }
 
-/// Which branches connections look for.
+/// Returns the limits within which connections search for branches.
 pub fn branches(scene: &Scene) -> Value {
     let reach = scene.branch_reach();
     json!({
@@ -132,8 +135,8 @@ pub fn branches(scene: &Scene) -> Value {
     })
 }
 
-/// Whether errors can be trusted: that of the image's mean, and those of pixels. None of quantities that are not light, which
-/// may be of either sign.
+/// Returns data on the reliability of the errors of the image's mean and of pixels. Returns `None`
+/// for quantities other than light, which may have either sign.
 pub fn trust(loaded: &Loaded, film: &Film) -> Option<Value> {
     loaded.renderer.is_light().then(|| {
         json!({
@@ -144,7 +147,7 @@ pub fn trust(loaded: &Loaded, film: &Film) -> Option<Value> {
     })
 }
 
-/// What is known of photon maps, if there are any.
+/// Returns the statistics of photon maps, if there are any.
 pub fn photons(rendering: &Rendering) -> Option<Value> {
     let photons = &rendering.stats.photons;
     let film: &Film = &rendering.film;
@@ -160,7 +163,7 @@ pub fn photons(rendering: &Rendering) -> Option<Value> {
     })
 }
 
-/// What became of the rays that were followed for quantities besides light, if there are any.
+/// Returns the statistics of rays that were traced for quantities besides light, if there are any.
 pub fn quantities(loaded: &Loaded, rendering: &Rendering) -> Option<Value> {
     let names = loaded.quantity_names.iter().map(|q| q.name.as_str());
     rendering.quantities.as_ref().map(|quantities| {
@@ -174,7 +177,7 @@ pub fn quantities(loaded: &Loaded, rendering: &Rendering) -> Option<Value> {
     })
 }
 
-/// Where the light went: every share of what was emitted.
+/// Returns the energy balance: every share of the emitted power.
 pub fn balance(b: &EnergyBalance) -> Value {
     let share = |share: Share| json!({"mean": share.mean, "standard_error": share.error});
     json!({
@@ -188,13 +191,13 @@ pub fn balance(b: &EnergyBalance) -> Value {
     })
 }
 
-/// A ratio; none of nothing.
+/// Returns a ratio; `None` if `whole` is 0.
 fn share(part: f64, whole: f64) -> Option<f64> {
     (whole > 0.0).then(|| part / whole)
 }
 
-/// Share of the pairs that are known to be joined by one ray at most. Of the others, those that were
-/// searched are counted, and stand for the rest.
+/// Returns the fraction of pairs that are certified to be connected by at most one ray. Of the
+/// other pairs, only searched ones are counted; dividing by `search` estimates the total.
 fn coverage(connections: &ConnectionCounts, search: f64) -> Option<f64> {
     let certified = connections.certified as f64;
     share(certified, certified + connections.searches as f64 / search)

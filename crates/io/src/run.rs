@@ -1,4 +1,4 @@
-//! One run: what is computed of a scene, and whether it can be.
+//! A run: the computation for a scene, and the conditions that it must fulfil.
 
 use crate::assemble::unless_named_by_guess;
 use crate::clock::Clock;
@@ -17,69 +17,72 @@ use transport::renderer::Renderer;
 use transport::sampling::Replicates;
 use transport::scene::Scene;
 
-/// What is computed of a scene: a picture, or what its meters read; all of it or a part.
+/// A computation for a scene: a picture, or the readings of its meters; complete or a part.
 #[derive(Clone, Debug)]
 pub struct Run<'a> {
-    /// The scene.
+    /// Scene.
     pub loaded: &'a Loaded,
-    /// What makes a picture: the scene's own, or another.
+    /// Renderer of a picture: the scene's own, or another.
     pub renderer: Renderer,
-    /// Estimators among which a pilot [chooses](Run::choose), if it is to; the renderer is one of them.
+    /// Estimators among which a pilot [chooses](Run::choose); empty if the renderer is fixed. The
+    /// renderer is one of them.
     pub candidates: Vec<Integrator>,
-    /// Why the renderer was chosen, if it was.
+    /// Reason why the renderer was chosen, if a choice was made.
     pub reason: Option<String>,
-    /// How samples of a pixel are to belong together, if the renderer can take them so.
+    /// Grouping of a pixel's samples into replicates, if the renderer supports it.
     pub replicates: Replicates,
     /// Seed of the random numbers.
     pub seed: u64,
     /// Samples per pixel, or particles, of the whole; `None` if something else ends the run.
     pub total: Option<u64>,
-    /// Which of how many parts of the whole this is, counted from 0: an index below the number.
+    /// Index of this part, counted from 0, and the number of parts. The index must be below the
+    /// number.
     pub shard: Option<[u64; 2]>,
-    /// Time after which it ends, too: between passes of about half a second.
+    /// Time limit, checked between passes of about half a second.
     pub time: Option<Duration>,
-    /// Error at which a picture is done.
+    /// Error at which a picture is complete.
     pub target: Option<Target>,
-    /// Whether images of the strategies of a picture are wanted.
+    /// True if the run also makes images of a picture's strategies.
     pub strategies: bool,
 }
 
-/// Why a run is not begun.
+/// Reason why a run cannot begin.
 #[derive(Debug, thiserror::Error)]
 pub enum Refusal {
-    /// Its target is beyond a bias that does not shrink.
+    /// The bias of the integrator does not shrink, so the target may be unreachable.
     #[error(
         "the target error may never be reached by the integrator photon, whose bias does not shrink: use sppm, or give spp \
          or time"
     )]
     Unreachable,
-    /// Its picture has no strategies to be told apart.
+    /// The integrator does not separate strategies.
     #[error("images of strategies (--strategies) need the integrator bdpt or particle, not {0}")]
     OneStrategy(&'static str),
-    /// Nothing ends it.
+    /// Nothing ends the run.
     #[error("nothing ends the run: give it a number of samples, or of particles, or a time")]
     NoEnd,
-    /// It is a part that the whole does not have.
+    /// The whole has no part with this index.
     #[error("there is no part {index} of {count}: parts are counted from 0")]
     Shard {
-        /// Number of the part.
+        /// Index of the part.
         index: u64,
-        /// How many parts there are.
+        /// Number of parts.
         count: u64,
     },
-    /// Its film does not fit into memory, which would end the program without a word.
+    /// The film does not fit into memory. Without this check, the system would end the program
+    /// without a message.
     #[error("{0}")]
     Film(String),
-    /// Its meters need more memory than the limit.
+    /// The meters need more memory than the limit.
     #[error("the meters need {} of memory, more than the limit of {} (--memory)", input::beyond(*.0, *.1)[0], input::beyond(*.0, *.1)[1])]
     MeterMemory(u64, u64),
-    /// Its meters do not fit into memory, or have no light to measure.
+    /// The meters do not fit into memory, or have no light to measure.
     #[error(transparent)]
     Meters(#[from] MeasureError),
 }
 
 impl<'a> Run<'a> {
-    /// What a scene asks for itself.
+    /// Makes the run that a scene specifies.
     pub fn new(loaded: &'a Loaded) -> Self {
         Run {
             loaded,
@@ -96,18 +99,20 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Chooses the estimator by a pilot on the current thread pool, if that is left open.
+    /// Chooses the estimator with a pilot on the current thread pool, if the scene leaves the
+    /// choice open.
     pub fn choose(&mut self, handle: &Handle) {
         let mut candidates = std::mem::take(&mut self.candidates);
         if self.strategies {
-            // The one that finds more is the one without a pilot.
+            // Without a pilot the first candidate is taken: start with the one that finds more
+            // light.
             candidates.retain(Integrator::splats);
             candidates.reverse();
         }
         if candidates.is_empty() {
             return;
         }
-        // Shards must choose alike, however long each may take.
+        // Ignore the time limit of shards: all shards must make one choice.
         let time = self.time.filter(|_| self.shard.is_none());
         let extent = Extent {
             samples: self.total,
@@ -126,7 +131,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Why it was chosen, in words.
+    /// Returns the reason for the choice, in words.
     fn why(&self, choice: &Choice) -> String {
         match choice.basis {
             Basis::Single if self.strategies => return "no other has strategies".into(),
@@ -148,7 +153,8 @@ impl<'a> Run<'a> {
         format!("a pilot finds it {}", gains.join(" and "))
     }
 
-    /// Takes over what was chosen for the run that a part is of, if that is left open.
+    /// Adopts the choice made for the run that a part belongs to, if the scene leaves the choice
+    /// open.
     pub fn choose_as(&mut self, header: &Header) {
         let candidates = std::mem::take(&mut self.candidates);
         let chosen = header.setting(INTEGRATOR);
@@ -160,7 +166,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// What is stored with parts of it, without an origin.
+    /// Returns the header to store with parts of the run, without an origin.
     pub fn header(&self) -> Header {
         let target = self
             .target
@@ -190,13 +196,13 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Names of the estimator and of the kinds of meters.
+    /// Returns the names of the estimator and of the kinds of meters.
     fn used(&self) -> impl Iterator<Item = &'static str> + Clone {
         let instruments = self.loaded.instruments.iter();
         std::iter::once(self.renderer.name()).chain(instruments.map(|i| i.meter.kind()))
     }
 
-    /// How its picture is rendered.
+    /// Returns the options for rendering the picture.
     pub fn options(&self) -> RenderOptions {
         let range = self.header().range();
         RenderOptions {
@@ -214,7 +220,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// How its meters are read.
+    /// Returns the options for reading the meters.
     pub fn measure_options(&self) -> MeasureOptions {
         let range = self.header().range();
         let (max_depth, rr_depth) = self.renderer.depths();
@@ -227,10 +233,12 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Renders its picture on the current thread pool: all samples of it, or those that it has after its [time](Run::time).
+    /// Renders the picture on the current thread pool: all its samples, or as many as its
+    /// [time](Run::time) allows.
     ///
     /// # Errors
-    /// If it cannot be begun: see [`Refusal`]. Also without a total or a time, when nothing would end it.
+    /// Returns a [`Refusal`] if the run cannot begin, or if it has neither a total nor a time and
+    /// would never end.
     pub fn render(&self) -> Result<Rendering, Refusal> {
         let mut clock = self.begin()?;
         let mut run = self.clone();
@@ -240,10 +248,11 @@ impl<'a> Run<'a> {
         }))
     }
 
-    /// Reads its meters on the current thread pool, with all particles, or those that it has after its [time](Run::time).
+    /// Reads the meters on the current thread pool: with all particles, or as many as the
+    /// [time](Run::time) allows.
     ///
     /// # Errors
-    /// As [`Run::render`].
+    /// Returns the errors of [`Run::render`].
     pub fn measure(&self) -> Result<Measurement, Refusal> {
         let mut clock = self.begin()?;
         let (meters, handle) = (self.loaded.meters(), Handle::default());
@@ -268,10 +277,10 @@ impl<'a> Run<'a> {
         Ok(Clock::start(self.time, &|| false))
     }
 
-    /// Finds out whether it can be begun.
+    /// Checks that the run can begin.
     ///
     /// # Errors
-    /// Why not: see [`Refusal`].
+    /// Returns the reason why it cannot: see [`Refusal`].
     pub fn check(&self, limits: Limits) -> Result<(), Refusal> {
         if let Some([index, count]) = self.shard.filter(|[index, count]| index >= count) {
             return Err(Refusal::Shard { index, count });
@@ -340,7 +349,7 @@ impl<'a> Run<'a> {
     }
 }
 
-/// How efficient the chosen integrator is beside another.
+/// Describes the efficiency of the chosen integrator relative to another.
 fn times(gain: f64, other: &str) -> String {
     if gain > 1000.0 {
         return format!("more than 1000× as efficient as {other}");
@@ -350,7 +359,7 @@ fn times(gain: f64, other: &str) -> String {
 }
 
 impl Loaded {
-    /// The meters of its instruments.
+    /// Returns the meters of the scene's instruments.
     pub fn meters(&self) -> Vec<Meter> {
         self.instruments.iter().map(|i| i.meter.clone()).collect()
     }

@@ -1,4 +1,4 @@
-//! Scenes as files, by their extension.
+//! Writing scenes to files in XML or JSON.
 
 use crate::error::FileError;
 use crate::read::is_json;
@@ -9,35 +9,36 @@ use crate::xml::ArrayInXml;
 use crate::{atomic, json, xml};
 use std::path::Path;
 
-/// Why a scene is not written.
+/// Reason why a scene is not written.
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
     /// XML has no element for a value.
     #[error("{0}: write a .json file")]
     Array(#[from] ArrayInXml),
-    /// A text that would not be read as it is: `$` begins the name of a parameter, and XML has no control characters.
+    /// A text that would read differently: `$` starts the name of a parameter, and XML has no
+    /// control characters.
     #[error(
         "{object} has the text '{text}', which scene files cannot hold ($ names a parameter): choose another name"
     )]
     Text {
-        /// What has it.
+        /// Object that has the text.
         object: String,
-        /// The text, control characters escaped.
+        /// Text, with control characters escaped.
         text: String,
     },
-    /// The name of a data file.
+    /// The name of a data file is not Unicode.
     #[error(transparent)]
     Name(#[from] NameOfFile),
-    /// The file.
+    /// The file cannot be written.
     #[error(transparent)]
     File(#[from] FileError),
 }
 
-/// Writes a scene for [`read_scene`](crate::read_scene): JSON if the extension is `.json`, else XML of Mitsuba 3. Data files are named as
-/// they are seen from the folder of the new file.
+/// Writes a scene for [`read_scene`](crate::read_scene): JSON if the extension is `.json`,
+/// otherwise XML of Mitsuba 3. Names of data files become relative to the folder of the new file.
 ///
 /// # Errors
-/// What scene files cannot hold, and a file that cannot be written.
+/// Returns an error if a scene file cannot hold the scene, or cannot be written.
 pub fn write_scene(scene: &SceneDescription, path: &Path) -> Result<(), WriteError> {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty());
     let scene = scene.relocated(folder.unwrap_or(Path::new(".")))?;
@@ -50,7 +51,7 @@ pub fn write_scene(scene: &SceneDescription, path: &Path) -> Result<(), WriteErr
     Ok(atomic::write_bytes(path, text.as_bytes())?)
 }
 
-/// Refuses texts that would be read as something else.
+/// Refuses texts that would read differently.
 fn check_texts(object: &ObjectDescription) -> Result<(), WriteError> {
     let names = object.properties.iter().map(|p| p.name.as_str());
     let roles = object.children.iter().filter_map(|c| c.name.as_deref());

@@ -1,4 +1,4 @@
-//! From bytes to an XML document, with errors in the words of the user.
+//! Parsing of XML text, with error messages for users.
 
 use std::sync::Arc;
 
@@ -6,7 +6,7 @@ use roxmltree::{Document, Error, ParsingOptions};
 
 use crate::diagnostic::{Diagnostic, Location, SourceFile};
 
-/// Elements, texts and comments in one file at most.
+/// Largest number of elements, texts and comments in a file.
 const MAX_NODES: u32 = 10_000_000;
 
 /// Parses the text of `source`.

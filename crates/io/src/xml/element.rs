@@ -1,4 +1,4 @@
-//! An XML element with its attributes substituted and located.
+//! XML elements with their locations, after parameters are substituted in their attributes.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -10,11 +10,11 @@ use crate::draft::Parameters;
 
 /// An element.
 pub(super) struct Element {
-    /// Its tag.
+    /// Tag.
     pub(super) tag: String,
-    /// Where its tag is.
+    /// Place of the tag.
     pub(super) location: Location,
-    /// Whether a substitution in it failed; its values then mean nothing.
+    /// True if a substitution in the element failed. Its values are then meaningless.
     pub(super) broken: bool,
     attributes: Vec<Attribute>,
 }
@@ -22,15 +22,16 @@ pub(super) struct Element {
 /// An attribute.
 pub(super) struct Attribute {
     pub(super) name: String,
-    /// The value after substitution.
+    /// Value after substitution.
     pub(super) value: String,
     pub(super) name_location: Location,
-    /// Where the value is.
+    /// Place of the value.
     pub(super) location: Location,
 }
 
 impl Attribute {
-    /// Where a part of the value is; the whole value if it was substituted or escaped.
+    /// Returns the place of a part of the value. If the value was substituted or escaped, returns
+    /// the place of the whole value.
     pub(super) fn part(&self, range: Range<usize>) -> Location {
         if self.location.text() != self.value {
             return self.location.clone();
@@ -41,7 +42,7 @@ impl Attribute {
 }
 
 impl Element {
-    /// Reads an element. A substitution that fails is reported and leaves its text as it is.
+    /// Reads an element. Reports each failed substitution and leaves its text unchanged.
     pub(super) fn new(
         node: Node<'_, '_>,
         source: &Arc<SourceFile>,
@@ -80,12 +81,12 @@ impl Element {
         }
     }
 
-    /// An attribute, if it is there.
+    /// Returns an attribute, if it is present.
     pub(super) fn get(&self, name: &str) -> Option<&Attribute> {
         self.attributes.iter().find(|a| a.name == name)
     }
 
-    /// An attribute that must be there; its absence is reported.
+    /// Returns a required attribute; reports an error if it is missing.
     pub(super) fn require(&self, name: &str, diagnostics: &mut Diagnostics) -> Option<&Attribute> {
         let found = self.get(name);
         if found.is_none() {
@@ -122,7 +123,7 @@ fn locate(source: &Arc<SourceFile>, range: Range<usize>) -> Location {
     Location::new(source, range.start, range.len())
 }
 
-/// Child elements; text between them is reported.
+/// Returns child elements; reports text between them.
 pub(super) fn children<'a, 'i>(
     node: Node<'a, 'i>,
     source: &Arc<SourceFile>,

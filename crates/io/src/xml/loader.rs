@@ -1,4 +1,4 @@
-//! Walks the XML elements of a scene file and the files it includes.
+//! Reading the XML elements of a scene file and of the files that it includes.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -15,10 +15,10 @@ use crate::draft::{
 };
 use crate::scene::{self, PluginKind, Property, SceneDescription, Value};
 
-/// Files included at most, counting repetitions: files that include one another twice would
-/// otherwise multiply without bound.
+/// Largest number of included files, with repetitions. Without a limit, files that each include the
+/// next one twice would multiply exponentially.
 const MAX_INCLUDES: usize = 1000;
-/// Folders in which each file is looked for, at most.
+/// Largest number of folders in which a file is searched.
 const MAX_FOLDERS: usize = 100;
 
 /// Reads the scene in `source`.
@@ -58,7 +58,7 @@ pub(super) fn load(
     (!diagnostics.has_errors()).then_some(scene)
 }
 
-/// What tells files apart however their paths are written.
+/// Returns a path that identifies a file, however the path to it is written.
 fn identity(source: &SourceFile) -> PathBuf {
     source
         .path()
@@ -69,10 +69,10 @@ fn identity(source: &SourceFile) -> PathBuf {
 struct Loader<'d> {
     parameters: Parameters,
     drafts: Drafts,
-    /// The file being read and those that include it.
+    /// The file being read, after the files that include it.
     open_files: Vec<PathBuf>,
-    /// Where files are looked for besides the folder of the file that names them: `<path>`s, the last first, and the
-    /// folder of the scene.
+    /// Folders that are searched besides the folder of the file that names a file: first the
+    /// `<path>`s, the last one first, then the folder of the scene.
     folders: Vec<PathBuf>,
     includes: usize,
     dialect: Dialect,
@@ -129,7 +129,7 @@ impl Loader<'_> {
         }
     }
 
-    /// Adds what stands in `node` to `parent`.
+    /// Adds the children of `node` to `parent`.
     fn contents(
         &mut self,
         node: Node<'_, '_>,
@@ -142,7 +142,7 @@ impl Loader<'_> {
         }
     }
 
-    /// Adds what `node` says to `parent`.
+    /// Adds the parameter or object in `node` to `parent`.
     fn item(
         &mut self,
         node: Node<'_, '_>,
@@ -179,7 +179,7 @@ impl Loader<'_> {
         }
     }
 
-    /// Handles elements in which nothing can stand.
+    /// Handles elements that have no children.
     fn leaf(&mut self, tag: Tag, element: &Element, parent: &mut Draft) {
         match tag {
             Tag::Ref => self.reference(element, parent),
@@ -222,7 +222,7 @@ impl Loader<'_> {
     }
 
     fn childless(&mut self, node: Node<'_, '_>, source: &Arc<SourceFile>) {
-        // An element nobody knows may hold anything: its name is the only mistake to report.
+        // An unknown element may contain anything: report only its name.
         if let Some(child) = element::children(node, source, self.diagnostics).first()
             && !matches!(Tag::new(node.tag_name().name(), false), Tag::Unknown)
         {
@@ -270,7 +270,7 @@ impl Loader<'_> {
         self.add_child(element, Target::Draft(index), parent);
     }
 
-    /// Thermal radiation, as Mitsuba 0.6 writes it: a nested spectrum in Mitsuba 3.
+    /// Adds thermal radiation in the notation of Mitsuba 0.6. In Mitsuba 3 it is a nested spectrum.
     fn blackbody(&mut self, element: &Element, parent: &mut Draft) {
         let location = element.location.clone();
         let plugin = "blackbody".to_owned();
@@ -315,7 +315,7 @@ impl Loader<'_> {
         }
     }
 
-    /// Adds a folder in which files are looked for.
+    /// Adds a folder in which files are searched.
     fn folder(&mut self, element: &Element) {
         element.allow(&["value"], self.diagnostics);
         let Some(value) = element.require("value", self.diagnostics) else {
@@ -340,7 +340,7 @@ impl Loader<'_> {
         properties::named(element, value, location, self.diagnostics)
     }
 
-    /// The first transform of those that something goes through.
+    /// Returns the first transform of an animation.
     fn animation(&mut self, element: &Element, node: Node<'_, '_>) -> Option<Property> {
         element.allow(&["name"], self.diagnostics);
         let source = element.location.source();
@@ -368,14 +368,14 @@ impl Loader<'_> {
         properties::named(element, value, location, self.diagnostics)
     }
 
-    /// The map that the parts of a transform make; `None` (reported) if it is not finite.
+    /// Returns the product of a transform's parts; `None` (reported) if it is not finite.
     fn matrix(&mut self, element: &Element, node: Node<'_, '_>) -> Option<DMat4> {
         let source = element.location.source();
         let mut matrix = DMat4::IDENTITY;
         for child in element::children(node, source, self.diagnostics) {
             let part = self.element(child, source);
             self.childless(child, source);
-            // The first listed acts first.
+            // Parts act in their order.
             if part.broken {
                 continue;
             }
@@ -425,7 +425,7 @@ impl Loader<'_> {
         };
         self.open_files.push(identity);
         let node = document.root_element();
-        // A whole scene adds its contents; any other root is one more element.
+        // If the root is a whole scene, add its contents. Any other root is an element.
         if node.tag_name().name() == "scene" {
             let (element, outer) = (self.element(node, source), self.dialect.old);
             self.check_scene(&element);

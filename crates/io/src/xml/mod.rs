@@ -9,9 +9,10 @@
 //! assert_eq!(scene.root.children[0].object.plugin, "sphere");
 //! ```
 //!
-//! Elements: `scene`, the plugins of [`PluginKind`](crate::PluginKind), the parameters `float
-//! integer boolean string rgb srgb blackbody spectrum point vector transform`, and `ref alias default include`.
-//! `$name` and `${name}` in any attribute stand for a parameter's value.
+//! Elements: `scene`, the plugins of [`PluginKind`](crate::PluginKind), the parameters
+//! `float integer boolean string rgb srgb blackbody spectrum point vector transform`, and
+//! `ref alias default include`. In any attribute, `$name` and `${name}` stand for a parameter's
+//! value.
 
 mod document;
 mod element;
@@ -33,10 +34,10 @@ use crate::diagnostic::{Diagnostics, SourceFile};
 use crate::draft;
 use crate::scene::SceneDescription;
 
-/// Reads a scene file. `overrides` are pairs of parameter name and value that take the place of
-/// the file's `<default>`s.
+/// Reads a scene file. `overrides` are pairs of name and value that replace the file's
+/// `<default>`s.
 ///
-/// Returns `None` if there was an error; every problem found is in `diagnostics`.
+/// Returns `None` if there was an error; `diagnostics` gets every problem found.
 pub fn load(
     path: &Path,
     overrides: &[(String, String)],
@@ -46,9 +47,10 @@ pub fn load(
     loader::load(source, overrides, diagnostics)
 }
 
-/// Reads a scene from text. `name` is the path that messages show and relative paths start from.
+/// Reads a scene from text. `name` is the path that messages show and from which relative paths
+/// start.
 ///
-/// Returns `None` if there was an error; every problem found is in `diagnostics`.
+/// Returns `None` if there was an error; `diagnostics` gets every problem found.
 pub fn parse(
     text: &str,
     name: impl AsRef<Path>,

@@ -6,7 +6,7 @@ use super::element::Attribute;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::draft::shorten;
 
-/// One finite number.
+/// Reads a finite number.
 pub(super) fn float(attribute: &Attribute, diagnostics: &mut Diagnostics) -> Option<f64> {
     let [value] = floats(attribute, diagnostics)?[..] else {
         report(attribute, "expected one number", diagnostics);
@@ -15,7 +15,7 @@ pub(super) fn float(attribute: &Attribute, diagnostics: &mut Diagnostics) -> Opt
     Some(value)
 }
 
-/// Finite numbers separated by commas or blanks.
+/// Reads finite numbers separated by commas or blanks.
 pub(super) fn floats(attribute: &Attribute, diagnostics: &mut Diagnostics) -> Option<Vec<f64>> {
     let mut values = Vec::new();
     for range in tokens(&attribute.value) {
@@ -24,7 +24,7 @@ pub(super) fn floats(attribute: &Attribute, diagnostics: &mut Diagnostics) -> Op
     Some(values)
 }
 
-/// The number at `range` of the attribute.
+/// Reads the number at `range` of the attribute.
 pub(super) fn token(
     attribute: &Attribute,
     range: Range<usize>,
@@ -40,7 +40,7 @@ pub(super) fn token(
     None
 }
 
-/// A whole number.
+/// Reads a whole number.
 pub(super) fn integer(attribute: &Attribute, diagnostics: &mut Diagnostics) -> Option<i64> {
     let value = attribute.value.trim().parse();
     if value.is_err() {
@@ -50,7 +50,7 @@ pub(super) fn integer(attribute: &Attribute, diagnostics: &mut Diagnostics) -> O
     value.ok()
 }
 
-/// `true` or `false`.
+/// Reads `true` or `false`.
 pub(super) fn boolean(attribute: &Attribute, diagnostics: &mut Diagnostics) -> Option<bool> {
     match attribute.value.trim() {
         "true" | "True" => Some(true),
@@ -68,7 +68,7 @@ pub(super) fn report(attribute: &Attribute, message: &str, diagnostics: &mut Dia
     diagnostics.push(Diagnostic::error(message).at(&attribute.location));
 }
 
-/// Ranges of the parts between commas and blanks.
+/// Returns the ranges of the parts between commas and blanks.
 pub(super) fn tokens(text: &str) -> Vec<Range<usize>> {
     let is_separator = |c: char| c == ',' || c.is_whitespace();
     let mut ranges = Vec::new();

@@ -8,7 +8,7 @@ use super::spectra;
 use crate::diagnostic::{Diagnostic, Diagnostics, Location};
 use crate::scene::{Property, SpectrumValue, Value};
 
-/// Reads the parameter that an element sets; reports what is wrong with it.
+/// Reads the parameter that an element sets; reports errors in it.
 pub(super) fn property(element: &Element, diagnostics: &mut Diagnostics) -> Option<Property> {
     let (value, location) = match element.tag.as_str() {
         "point" | "vector" => vector(element, diagnostics)?,
@@ -54,7 +54,7 @@ fn single(element: &Element, diagnostics: &mut Diagnostics) -> Option<(Value, Lo
     Some((value, attribute.location.clone()))
 }
 
-/// What `<blackbody>` says: a `temperature` in kelvin, with or without a K, and a `scale`.
+/// Reads `<blackbody>`: a `temperature` in kelvin, with or without a K, and a `scale`.
 pub(super) fn blackbody(element: &Element, diagnostics: &mut Diagnostics) -> Vec<Property> {
     element.allow(&["name", "temperature", "scale"], diagnostics);
     let temperature = element.require("temperature", diagnostics);
@@ -91,8 +91,8 @@ fn vector(element: &Element, diagnostics: &mut Diagnostics) -> Option<(Value, Lo
     Some((value, location))
 }
 
-/// Three components: `value` with one or three numbers, or any of `x`, `y`, `z`, where those not
-/// given are `missing`.
+/// Reads three components: `value` with one or three numbers, or any of `x`, `y` and `z`.
+/// Components that are not given are `missing`.
 pub(super) fn xyz(element: &Element, missing: f64, diagnostics: &mut Diagnostics) -> Option<DVec3> {
     let axes = ["x", "y", "z"].map(|axis| element.get(axis));
     let Some(value) = element.get("value") else {
@@ -116,7 +116,7 @@ pub(super) fn xyz(element: &Element, missing: f64, diagnostics: &mut Diagnostics
     triple(value, diagnostics)
 }
 
-/// One number for all three components, or three numbers.
+/// Reads three numbers, or a single number for all three components.
 pub(super) fn triple(attribute: &Attribute, diagnostics: &mut Diagnostics) -> Option<DVec3> {
     match numbers::floats(attribute, diagnostics)?[..] {
         [v] => Some(DVec3::splat(v)),

@@ -1,4 +1,4 @@
-//! The table of plugins as XML Schema, for editors.
+//! XML Schema of scenes, made from the table of plugins, for editors.
 
 use super::tags::TRANSFORMS;
 use super::write::escaped;
@@ -22,7 +22,8 @@ const VALUES: [(&str, &[&str]); 11] = [
     ("transform", &[]),
 ];
 
-/// Elements that stand for others, or set what other elements say.
+/// Elements that refer to objects or files, or define parameters, folders and animations; with
+/// their attributes.
 const OTHERS: [(&str, &[&str]); 6] = [
     ("ref", &["name", "id"]),
     ("alias", &["id", "as"]),
@@ -32,8 +33,9 @@ const OTHERS: [(&str, &[&str]); 6] = [
     ("animation", &["name"]),
 ];
 
-/// An XML Schema (1.0) of scenes in XML, in the names of Mitsuba 3. It knows the types of each kind of object, and all parameters of a kind, but not
-/// which type has which parameters. Limits stand in the texts that explain parameters.
+/// Returns an XML Schema (1.0) of scenes in XML, with the names of Mitsuba 3. It lists the types
+/// and the parameters of each kind of object, but not which type has which parameters. Only the
+/// texts that explain parameters state limits.
 pub fn xml_schema() -> String {
     let mut schema = String::from(
         "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n\
@@ -53,7 +55,7 @@ pub fn xml_schema() -> String {
     schema
 }
 
-/// Elements of a transform.
+/// Returns the definition of a transform's elements.
 fn transforms() -> String {
     let attributes = ["value", "x", "y", "z", "angle", "origin", "target", "up"];
     let attributes: String = attributes.into_iter().map(attribute).collect();
@@ -67,14 +69,15 @@ fn transforms() -> String {
     )
 }
 
-/// The types of a kind, each with its help.
+/// Returns the types of a kind, each with its help.
 fn types(kind: PluginKind) -> String {
     let types = plugins(kind).iter();
     let types = types.map(|plugin| value(plugin.name, plugin.help));
     choice_of_words(&format!("{kind}.type"), &types.collect::<String>(), false)
 }
 
-/// The names of the parameters and roles of a kind, each with its help and the types that have it.
+/// Returns the names of a kind's parameters and roles. Each has its help and the types that have
+/// it.
 fn names(kind: PluginKind) -> String {
     let mut known: BTreeMap<&str, String> = BTreeMap::new();
     let all = plugins(kind).iter();
@@ -103,7 +106,7 @@ fn described(plugin: &Plugin, parameter: &Parameter) -> String {
     format!("{}: {}{default}", plugin.name, parameter.description())
 }
 
-/// One of some words, or a text with a parameter of the scene; any text if it `is_open`.
+/// Defines a choice of words, or of a text with a scene parameter; if `is_open`, any text.
 fn choice_of_words(name: &str, words: &str, is_open: bool) -> String {
     let other = if is_open { "xs:string" } else { "substituted" };
     format!(
@@ -124,7 +127,7 @@ fn attribute(name: &str) -> String {
     format!("<xs:attribute name=\"{name}\" type=\"xs:string\"/>")
 }
 
-/// An object of a kind.
+/// Defines an object of a kind.
 fn object(kind: PluginKind) -> String {
     let mut elements = String::new();
     for other in PluginKind::ALL {

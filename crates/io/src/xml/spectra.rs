@@ -7,7 +7,8 @@ use crate::draft::shorten;
 use crate::scene::{SpectrumValue, linear_from_srgb, rgb_from_hex};
 use eikonal::Shown;
 
-/// `<rgb>`: three numbers, one number for all channels, or `#rrggbb` (sRGB, made linear).
+/// Reads `<rgb>`: three numbers, a single number for all channels, or `#rrggbb` (sRGB, converted to
+/// linear).
 pub(super) fn rgb(attribute: &Attribute, diagnostics: &mut Diagnostics) -> Option<SpectrumValue> {
     if let Some(digits) = attribute.value.trim().strip_prefix('#') {
         return rgb_from_hex(digits).map(SpectrumValue::Rgb).or_else(|| {
@@ -27,7 +28,7 @@ pub(super) fn rgb(attribute: &Attribute, diagnostics: &mut Diagnostics) -> Optio
     }
 }
 
-/// `<srgb>`: as `<rgb>`, but numbers are encoded, too.
+/// Reads `<srgb>`, which is like `<rgb>` with numbers that are sRGB-encoded too.
 pub(super) fn srgb(attribute: &Attribute, diagnostics: &mut Diagnostics) -> Option<SpectrumValue> {
     match rgb(attribute, diagnostics)? {
         SpectrumValue::Rgb(rgb) if !attribute.value.trim().starts_with('#') => {
@@ -37,7 +38,7 @@ pub(super) fn srgb(attribute: &Attribute, diagnostics: &mut Diagnostics) -> Opti
     }
 }
 
-/// A temperature in kelvin, greater than 0: a number, with or without a K.
+/// Reads a temperature in kelvin, greater than 0: a number, with or without a K.
 pub(super) fn temperature(attribute: &Attribute, diagnostics: &mut Diagnostics) -> Option<f64> {
     let text = attribute.value.trim();
     let number = text.strip_suffix(['K', 'k']).unwrap_or(text).trim().parse();
@@ -52,8 +53,8 @@ pub(super) fn temperature(attribute: &Attribute, diagnostics: &mut Diagnostics) 
     kelvin
 }
 
-/// `<spectrum>`: one number, pairs `wavelength:value` with increasing wavelengths (nm), or, as Mitsuba 0.6 has it, red,
-/// green and blue.
+/// Reads `<spectrum>`: a number, pairs `wavelength:value` with increasing wavelengths (nm), or, as
+/// in Mitsuba 0.6, red, green and blue.
 pub(super) fn spectrum(
     attribute: &Attribute,
     diagnostics: &mut Diagnostics,

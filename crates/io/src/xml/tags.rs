@@ -1,4 +1,4 @@
-//! The element names of the dialect.
+//! Element names of the XML dialect.
 
 use crate::scene::PluginKind;
 
@@ -28,7 +28,7 @@ const OTHERS: [&str; 7] = [
 /// Elements of a transform.
 pub(super) const TRANSFORMS: [&str; 5] = ["translate", "rotate", "scale", "lookat", "matrix"];
 
-/// What an element does.
+/// Role of an element.
 pub(super) enum Tag {
     Plugin(PluginKind),
     Property,
@@ -44,7 +44,8 @@ pub(super) enum Tag {
 }
 
 impl Tag {
-    /// Reads an element's name; `typed` tells whether it has a `type`, as every plugin must.
+    /// Classifies an element by its name. `typed` is true if the element has a `type`, as every
+    /// plugin must.
     pub(super) fn new(name: &str, typed: bool) -> Self {
         match name {
             "ref" => Tag::Ref,
@@ -65,7 +66,7 @@ impl Tag {
     }
 }
 
-/// Every element that may stand in a plugin.
+/// Returns the name of every element that may stand in a plugin.
 pub(super) fn known() -> impl Iterator<Item = &'static str> {
     let plugins = PluginKind::ALL
         .iter()

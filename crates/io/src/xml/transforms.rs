@@ -9,7 +9,7 @@ use super::tags;
 use crate::diagnostic::{Diagnostic, Diagnostics, suggest};
 use crate::draft::transforms;
 
-/// Reads one element of a transform.
+/// Reads an element of a transform.
 pub(super) fn part(element: &Element, diagnostics: &mut Diagnostics) -> Option<DMat4> {
     match element.tag.as_str() {
         "translate" => {
@@ -74,7 +74,7 @@ fn matrix(element: &Element, diagnostics: &mut Diagnostics) -> Option<DMat4> {
         .ok()
 }
 
-/// Reports what a map was refused for.
+/// Reports the reason why a map was refused.
 fn accept(
     map: Result<DMat4, String>,
     element: &Element,

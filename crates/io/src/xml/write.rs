@@ -1,4 +1,4 @@
-//! Scene descriptions as XML of Mitsuba 3.
+//! Writing scene descriptions as XML of Mitsuba 3.
 
 use crate::scene::{
     Child, ObjectDescription, ObjectId, Property, SceneDescription, SpectrumValue, Value,
@@ -7,21 +7,22 @@ use crate::schema::{self, Type};
 use std::collections::HashSet;
 use std::fmt::Display;
 
-/// An array in place of a file, which XML has no element for.
+/// An array that replaces a file; XML has no element for it.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("XML cannot hold an array as '{parameter}' of {object}")]
 pub struct ArrayInXml {
-    /// What has it, for example `{"type": "gridvolume"}`.
+    /// Object that has the array, for example `{"type": "gridvolume"}`.
     pub object: String,
-    /// Its parameter.
+    /// Name of the parameter.
     pub parameter: String,
 }
 
-/// A scene as XML. Read again it is the same scene, with the same hash; roles of the scene's own children, which mean nothing,
-/// are left out. Names of data files stay as they are: [`SceneDescription::relocated`] changes them for another folder.
+/// Converts a scene to XML. The XML reads as an equal scene with an equal hash. Roles of the
+/// scene's own children, which have no effect, are left out. Names of data files do not change:
+/// [`SceneDescription::relocated`] adapts them to another folder.
 ///
 /// # Errors
-/// An array in place of a file.
+/// Returns an error if an array replaces a file.
 pub fn write(scene: &SceneDescription) -> Result<String, ArrayInXml> {
     let children = &scene.root.children;
     let mut writer = Writer {
@@ -43,7 +44,7 @@ pub fn write(scene: &SceneDescription) -> Result<String, ArrayInXml> {
 
 struct Writer {
     out: String,
-    /// What stands in the scene itself, to be referred to wherever else it is needed.
+    /// Children of the scene itself. Other objects refer to them.
     top: HashSet<ObjectId>,
     written: HashSet<ObjectId>,
 }
@@ -162,7 +163,7 @@ impl Writer {
         }
     }
 
-    /// A spectrum that a plugin computes.
+    /// Writes a spectrum that a plugin computes.
     fn computed(&mut self, name: &str, plugin: &str, parameters: &[(&str, f64)], depth: usize) {
         self.open("spectrum", &[("type", plugin), ("name", name)], depth);
         for (name, v) in parameters {
@@ -204,14 +205,15 @@ impl Writer {
     }
 }
 
-/// Whether a whole number stands for a real one: Mitsuba tells the two apart.
+/// Returns true if a whole number is the value of a real parameter. Mitsuba distinguishes the two
+/// types.
 fn is_real(object: &ObjectDescription, name: &str) -> bool {
     let plugin = schema::find(object.kind, &object.plugin);
     let parameter = plugin.and_then(|plugin| plugin.parameter(name));
     parameter.is_some_and(|p| p.value != Type::Integer)
 }
 
-/// Text as an attribute holds it.
+/// Escapes text for an attribute.
 pub(super) fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
@@ -226,7 +228,7 @@ pub(super) fn escaped(text: &str) -> String {
     out
 }
 
-/// The shortest text that reads as the same number.
+/// Returns the shortest text that reads as the same number.
 fn number(v: f64) -> String {
     format!("{v:?}").trim_end_matches(".0").to_owned()
 }
