@@ -1,4 +1,5 @@
-//! HDF5: a dataset for each array, with attributes `unit` and `axes`; all others belong to the root group.
+//! HDF5: a dataset for each array, with attributes `unit` and `axes`. The root group has all other
+//! attributes.
 
 use super::{Array, Arrays, Read, numbered, plain};
 use crate::atomic;
@@ -42,7 +43,8 @@ fn dataset(array: &Array) -> Result<DatasetBuilder, Error> {
         .attribute(axes))
 }
 
-/// Reads the numbers of all groups: with units and axes where [`write`] has written them, else with axes that have numbers.
+/// Reads the numbers of all groups. Units and axes come from [`write`]; in other files, axes are
+/// numbered.
 pub(super) fn read(path: &Path, limits: Limits) -> Result<Read, Problem> {
     let found = hdf5::numbers(path, limits)?;
     let mut read = Read {
@@ -55,7 +57,8 @@ pub(super) fn read(path: &Path, limits: Limits) -> Result<Read, Problem> {
     Ok(read)
 }
 
-/// An attribute with the array or object that [`write`] has written as a text in JSON; other texts stay as they are.
+/// Parses an attribute that [`write`] has stored as a JSON array or object. Other texts do not
+/// change.
 fn structured((name, value): (String, Value)) -> (String, Value) {
     let json = value.as_str().filter(|text| text.starts_with(['[', '{']));
     let parsed = json.and_then(|json| serde_json::from_str(json).ok());

@@ -1,4 +1,4 @@
-//! MATLAB's files as arrays: of version 5, and of 7.3, which is HDF5.
+//! Arrays in MATLAB files of version 5, and of version 7.3, which is HDF5.
 
 use super::{Array, Read, hdf5, last_fastest};
 use crate::error::Problem;
@@ -30,12 +30,13 @@ fn array(name: &str, StoredArray { shape, data }: StoredArray) -> Array {
     }
 }
 
-/// MATLAB counts dimensions from one.
+/// Returns names of dimensions, counted from 1 as in MATLAB.
 fn dimensions(count: usize) -> Vec<String> {
     (1..=count).map(|i| format!("dimension {i}")).collect()
 }
 
-/// An array whose axes HDF5 has in reversed order, because MATLAB's first index runs fastest.
+/// Reverses the axes of an array. HDF5 lists them in reverse order, because MATLAB's first index
+/// runs fastest.
 fn reversed(stored: Array) -> Array {
     // Planted error "arrays of MATLAB 7.3 with the axes of HDF5", found by morgana-io/io::volumes_of_others::all_arrays_of_a_file:
     // let shape = stored.shape.into_iter().collect();

@@ -1,7 +1,7 @@
-//! Named arrays of numbers with units and axes, as files: readings of meters.
+//! Files of named arrays with units and axes: readings of meters.
 //!
-//! NPZ and HDF5 hold all arrays of a measurement, NPY and NRRD one of them. Elements are float64, the last
-//! axis runs fastest.
+//! NPZ and HDF5 hold all arrays of a measurement, NPY and NRRD a single one. Elements are float64;
+//! the last axis runs fastest.
 
 mod hdf5;
 mod mat;
@@ -23,53 +23,55 @@ use crate::{atomic, npy};
 use serde_json::Value;
 use std::path::Path;
 
-/// An array with a name.
+/// A named array.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Array {
-    /// Its name, a word; that of the meter comes first, with a dot, if there are several.
+    /// Name, a word. If there are several meters, the meter's name and a dot precede it.
     pub name: String,
-    /// Names of its axes, the slowest first.
+    /// Names of the axes, the slowest first.
     pub axes: Vec<String>,
     /// Number of elements along each axis.
     pub shape: Vec<usize>,
     /// Unit of the elements; empty if they have none.
     pub unit: String,
-    /// Elements.
+    /// Elements; the last axis runs fastest.
     pub data: Vec<f64>,
 }
 
-/// Where the array that a one-array format holds lies in space.
+/// Position in space of the array that a one-array format holds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ArrayPlacement {
-    /// Names of axes that are directions in space, with the vector from each element to the next.
+    /// Names of axes that are directions in space, each with the vector from an element to the
+    /// next.
     pub steps: Vec<(String, [f64; 3])>,
-    /// Position of the first element, the middle of its cell.
+    /// Position of the first element: the centre of its cell.
     pub origin: [f64; 3],
 }
 
-/// Everything that a measurement has found.
+/// All results of a measurement.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Arrays {
-    /// The arrays.
+    /// Arrays.
     pub list: Vec<Array>,
-    /// The one that formats with one array hold, as an index of `list`; none if there are several meters.
+    /// Index in `list` of the array for formats with a single array; `None` if there are several
+    /// meters.
     pub main: Option<usize>,
-    /// Where it lies, if it does so in space.
+    /// Position of this array, if it lies in space.
     pub placement: Option<ArrayPlacement>,
-    /// What else there is to know: texts, numbers, and the energy balance as an object.
+    /// Further attributes: texts, numbers, and the energy balance as an object.
     pub attributes: Vec<(String, Value)>,
     /// Arrays of the file that could not be read, each with the reason.
     pub left_out: Vec<(String, String)>,
 }
 
-/// An attribute where only texts have a place: texts as they are, all else in JSON.
+/// Converts an attribute to text. Texts do not change; other values become JSON.
 fn plain(value: &Value) -> String {
     value
         .as_str()
         .map_or_else(|| value.to_string(), str::to_owned)
 }
 
-/// What is read of a file.
+/// Arrays and attributes read from a file.
 #[derive(Debug, Default)]
 struct Read {
     arrays: Vec<Array>,
@@ -78,7 +80,7 @@ struct Read {
 }
 
 impl Read {
-    /// Takes an array, or leaves it out.
+    /// Adds an array that was read, or records why it was left out.
     fn add(&mut self, name: &str, read: Result<Array, Problem>) {
         match read {
             Ok(array) => self.arrays.push(array),
@@ -86,7 +88,7 @@ impl Read {
         }
     }
 
-    /// A file of no array that can be read is none.
+    /// Returns the arrays, or an error if no array could be read.
     fn of_file(self) -> Result<Arrays, Problem> {
         if self.arrays.is_empty() {
             let none = || Problem::Unsupported("files without arrays of numbers".into());
@@ -106,7 +108,7 @@ impl Read {
     }
 }
 
-/// The elements of an array whose first index runs fastest, in the order in which the last one does.
+/// Reorders an array whose first index runs fastest so that the last index runs fastest.
 fn last_fastest(shape: &[usize], data: Vec<f64>) -> Vec<f64> {
     if shape.iter().filter(|n| **n > 1).count() < 2 {
         return data;
@@ -116,7 +118,8 @@ fn last_fastest(shape: &[usize], data: Vec<f64>) -> Vec<f64> {
     sorted
 }
 
-/// Appends what follows an element, whose axes have neighbours at multiples of `step`.
+/// Appends the elements that follow element `first`. Neighbours along the axes of `shape` lie
+/// multiples of `step` apart.
 fn append(shape: &[usize], data: &[f64], [first, step]: [usize; 2], sorted: &mut Vec<f64>) {
     match shape {
         [] => sorted.push(data[first]),
@@ -130,26 +133,26 @@ fn append(shape: &[usize], data: &[f64], [first, step]: [usize; 2], sorted: &mut
     }
 }
 
-/// Names of axes of which a file says nothing.
+/// Returns numbered names for axes that a file does not name.
 fn numbered(axes: usize) -> Vec<String> {
     (0..axes).map(|i| format!("axis {i}")).collect()
 }
 
-/// A format of arrays.
+/// File format of arrays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ArrayFormat {
-    /// NumPy: all arrays, and a text `metadata` in JSON.
+    /// NumPy archive: all arrays, and a text `metadata` in JSON.
     Npz,
-    /// NumPy: one array.
+    /// NumPy file: a single array.
     Npy,
-    /// Nearly raw raster data: one array, with its place in space.
+    /// Nearly raw raster data: a single array, with its position in space.
     Nrrd,
     /// Hierarchical data format 5: all arrays, with attributes.
     Hdf5,
 }
 
 impl ArrayFormat {
-    /// Their names, as extensions of files.
+    /// File extensions and their formats.
     pub const EXTENSIONS: [(&'static str, ArrayFormat); 5] = [
         ("npz", ArrayFormat::Npz),
         ("h5", ArrayFormat::Hdf5),
@@ -158,11 +161,11 @@ impl ArrayFormat {
         ("npy", ArrayFormat::Npy),
     ];
 
-    /// The format that the name of a file tells.
+    /// Returns the format for a file's extension.
     ///
     /// # Errors
     ///
-    /// Another extension.
+    /// Returns an error for another extension.
     pub fn of(path: &Path) -> Result<Self, FileError> {
         let extension = path.extension().and_then(|e| e.to_str());
         let extension = extension.map(str::to_ascii_lowercase);
@@ -176,18 +179,19 @@ impl ArrayFormat {
         })
     }
 
-    /// Whether it holds only one array.
+    /// Returns true if the format holds a single array.
     pub fn is_single(self) -> bool {
         matches!(self, ArrayFormat::Npy | ArrayFormat::Nrrd)
     }
 }
 
 impl Arrays {
-    /// Writes them, completely or not at all.
+    /// Writes the arrays, completely or not at all.
     ///
     /// # Errors
     ///
-    /// A format of one array for several meters, and everything that [`atomic::write()`] reports.
+    /// Returns an error for a format of one array and several meters, and the errors of
+    /// [`atomic::write()`].
     pub fn write(&self, path: &Path, format: ArrayFormat) -> Result<(), FileError> {
         match format {
             ArrayFormat::Npz => npz::write(path, self),
@@ -200,14 +204,16 @@ impl Arrays {
         }
     }
 
-    /// Reads all arrays of a file: those of `.npy`, `.npz`, HDF5 (in all groups, named by their paths) and MATLAB's `.mat`, with
-    /// units and axes where [`Arrays::write`] has written them, else with axes that have numbers; of other extensions the
-    /// volumes, with axes z, y, x and their channels. Complex numbers have a last axis of two. Where arrays lie is left out.
+    /// Reads all arrays of a file. In `.npy`, `.npz`, HDF5 (all groups, with paths as names) and
+    /// MATLAB's `.mat`, units and axes come from [`Arrays::write`]; without them, axes are
+    /// numbered. Files with other extensions give volumes with axes z, y, x and their channels.
+    /// Complex numbers have a last axis of length 2. Positions of arrays are not read.
     ///
     /// # Errors
     ///
-    /// A file that cannot be read, or of whose arrays of numbers none can be: one that takes more memory than its limits
-    /// allow, for example. If others can be read, such an array is one that is [left out](Arrays::left_out).
+    /// Returns an error if the file cannot be read, or none of its arrays of numbers can: for
+    /// example, because it needs more memory than `limits` allow. If others can be read, the array
+    /// is [left out](Arrays::left_out).
     pub fn read(path: &Path, limits: Limits) -> Result<Self, FileError> {
         let read = match Format::of(path) {
             Some(Format::Npz) | None => npz::read(path, limits),
@@ -220,12 +226,13 @@ impl Arrays {
             .map_err(|problem| problem.at(path))
     }
 
-    /// Reads everything that a measurement has found, from an NPZ or HDF5 file that [`Arrays::write`] has written.
+    /// Reads all results of a measurement from an NPZ or HDF5 file that [`Arrays::write`] has
+    /// written.
     ///
     /// # Errors
     ///
-    /// Errors of [`Arrays::read`], an array that cannot be read, statistics of another shape than their values, and a file of
-    /// something else.
+    /// Returns the errors of [`Arrays::read`]. Returns an error also if an array cannot be read, if
+    /// statistics differ in shape from their values, or if the file is not a measurement.
     pub fn read_measurement(path: &Path, limits: Limits) -> Result<Self, FileError> {
         let mut read = Self::read(path, limits)?;
         if let Some((name, why)) = read.left_out.pop() {
@@ -245,7 +252,7 @@ impl Arrays {
         Ok(read)
     }
 
-    /// Refuses errors and other statistics whose shape is not that of the values that they are about.
+    /// Refuses errors and other statistics whose shape differs from the shape of their values.
     fn check_statistics(&self) -> Result<(), Problem> {
         for array in &self.list {
             let ends = readings::STATISTICS.iter();
@@ -261,7 +268,7 @@ impl Arrays {
         Ok(())
     }
 
-    /// The array of a format that holds one.
+    /// Returns the array for formats with a single array.
     fn single(&self) -> Result<&Array, Problem> {
         let array = self.main.and_then(|i| self.list.get(i));
         array.ok_or_else(|| {
@@ -277,7 +284,7 @@ mod tests {
 
     #[test]
     fn arrays_of_matlab_are_sorted() {
-        // m(i, j, k) = 100 i + 10 j + k.
+        // Elements are m(i, j, k) = 100 i + 10 j + k.
         let shape = [2, 3, 4];
         let fastest_first = (0..4).flat_map(|k| {
             (0..3).flat_map(move |j| (0..2).map(move |i| f64::from(100 * i + 10 * j + k)))

@@ -1,4 +1,4 @@
-//! NumPy's arrays of any number of axes.
+//! NumPy files: arrays with any number of axes.
 
 use super::{Array, Read, last_fastest, numbered};
 use crate::error::Problem;
@@ -7,7 +7,7 @@ use crate::{binary, npy};
 use std::io;
 use std::path::Path;
 
-/// Reads the array `array` of a file.
+/// Reads a file as the array `array`.
 pub(super) fn read(path: &Path, limits: Limits) -> Result<Read, Problem> {
     let (mut reader, size) = input::open(path).map_err(|error| error.problem)?;
     let mut budget = Budget::new(limits, size);
@@ -18,7 +18,7 @@ pub(super) fn read(path: &Path, limits: Limits) -> Result<Read, Problem> {
     })
 }
 
-/// Reads the array `name` of `size` bytes, with axes that have numbers.
+/// Reads the array `name` of `size` bytes; its axes are numbered.
 pub(super) fn read_from(
     name: &str,
     reader: &mut impl io::Read,
@@ -28,7 +28,7 @@ pub(super) fn read_from(
     let header = npy::NpyHeader::read(reader, size)?;
     let element = header.encoding.element;
     let count = binary::checked_count(&header.shape, element.size(), header.size, size)?;
-    // Those of Fortran are copied in another order.
+    // An array in Fortran order is copied into another order.
     let copies = if header.fortran_order { 2 } else { 1 };
     budget.take(count as u64, copies * size_of::<f64>() as u64)?;
     let mut data = Vec::with_capacity(count);

@@ -11,7 +11,7 @@ use std::path::Path;
 use zip::ZipArchive;
 use zip::result::ZipError;
 
-/// Bytes of metadata that are read, at most.
+/// Largest number of bytes of metadata that are read.
 const METADATA: u64 = 64 << 20;
 
 /// Writes all arrays and a text `metadata`.
@@ -29,7 +29,7 @@ pub(super) fn write(path: &Path, arrays: &Arrays) -> Result<(), FileError> {
     })
 }
 
-/// Attributes, and units and axes of all arrays, as JSON.
+/// Returns the attributes, and units and axes of all arrays, as JSON.
 fn metadata(arrays: &Arrays) -> String {
     let about = arrays.list.iter().map(|array| {
         let value = json!({"unit": array.unit, "axes": array.axes});
@@ -40,11 +40,12 @@ fn metadata(arrays: &Arrays) -> String {
     Value::from(all).to_string()
 }
 
-/// Reads the arrays of an archive: with units and axes where [`write`] has written them, else with axes that have numbers.
+/// Reads the arrays of an archive. Units and axes come from [`write`]; in other archives, axes are
+/// numbered.
 ///
 /// # Errors
 ///
-/// A file that is no such archive, or whose members overlap.
+/// Returns an error if the file is not an NPZ archive, or if its members overlap.
 pub(super) fn read(path: &Path, limits: Limits) -> Result<Read, Problem> {
     let (file, size) = input::open(path).map_err(|error| error.problem)?;
     let mut archive = ZipArchive::new(file).map_err(foreign)?;
@@ -79,7 +80,8 @@ fn foreign(reason: impl std::fmt::Display) -> Problem {
     Problem::Unsupported(format!("this archive of arrays ({reason})"))
 }
 
-/// Refuses members that together are more than the file: a small file could pretend to have many large ones.
+/// Refuses members that together are larger than the file: a small file could claim many large
+/// ones.
 fn refuse_overlaps<R: io::Read + Seek>(
     archive: &mut ZipArchive<R>,
     size: u64,
@@ -92,7 +94,7 @@ fn refuse_overlaps<R: io::Read + Seek>(
     Ok(())
 }
 
-/// The text that tells of the arrays; nothing if it is an array of something else.
+/// Returns the text that describes the arrays; null if `metadata` is an array of another kind.
 fn metadata_of<R: io::Read + Seek>(archive: &mut ZipArchive<R>) -> Result<Value, Problem> {
     let file = archive.by_name("metadata.npy").map_err(foreign)?;
     let mut bytes = Vec::new();
@@ -103,7 +105,7 @@ fn metadata_of<R: io::Read + Seek>(archive: &mut ZipArchive<R>) -> Result<Value,
     serde_json::from_str(&text).map_err(foreign)
 }
 
-/// A member, stored or compressed.
+/// Reads a member, stored or compressed.
 fn member<R: io::Read + Seek>(
     archive: &mut ZipArchive<R>,
     name: &str,
@@ -123,7 +125,7 @@ fn member<R: io::Read + Seek>(
     npz::checked(file, |file| npy_file::read_from(name, file, length, budget))
 }
 
-/// An array of which the metadata say something.
+/// Adds axes and unit from the metadata to an array.
 fn described(array: Array, about: &Value) -> Result<Array, Problem> {
     let axes = about["axes"].as_array().map(|axes| {
         let names = axes.iter().filter_map(|a| Some(a.as_str()?.to_owned()));

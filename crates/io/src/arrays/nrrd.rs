@@ -23,9 +23,9 @@ pub(super) fn write(path: &Path, arrays: &Arrays) -> Result<(), FileError> {
     })
 }
 
-/// The fields, in which axes are listed from the fastest on.
+/// Returns the header fields. They list axes from the fastest to the slowest.
 fn header(array: &Array, placement: Option<&ArrayPlacement>) -> String {
-    // A single number has an axis all the same.
+    // NRRD requires an axis even for a single number.
     let (shape, axes) = if array.shape.is_empty() {
         (vec![1], vec!["value".to_owned()])
     } else {

@@ -1,25 +1,25 @@
-//! How well the bins of a reading are known.
+//! Statistical quality of the bins of a reading.
 
 use serde_json::{Value, json};
 use transport::meter::Reading;
 
-/// How well the bins of a reading are known, on the whole.
+/// Summary of the statistical quality of a reading's bins.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quality {
     /// Number of bins, over all channels.
     pub bins: usize,
-    /// Bins that received no light.
+    /// Number of bins that received no light.
     pub empty: usize,
-    /// Bins that received light, but from too few particles for their errors to be trusted.
+    /// Number of bins that received light from too few particles for reliable errors.
     pub few: usize,
-    /// Median of the relative standard errors of the bins that received light.
+    /// Median relative standard error of the bins that received light.
     pub error: Option<f64>,
-    /// Median of the effective numbers of particles of these.
+    /// Median effective number of particles of the bins that received light.
     pub effective: Option<f64>,
 }
 
 impl Quality {
-    /// That of a reading.
+    /// Computes the quality of a reading.
     pub fn of(reading: &Reading) -> Self {
         let bins = 0..reading.mean.len();
         let lit = || {
@@ -42,12 +42,12 @@ impl Quality {
         }
     }
 
-    /// Share of the bins that received light whose errors are not to be trusted.
+    /// Returns the fraction of bins with unreliable errors, among the bins that received light.
     pub fn few_share(&self) -> f64 {
         self.few as f64 / (self.bins - self.empty).max(1) as f64
     }
 
-    /// As statistics have it, of a reading of this name.
+    /// Returns the entry of statistics for a reading with this name.
     pub fn json(&self, name: &str) -> Value {
         json!({
             "name": name,

@@ -1,4 +1,4 @@
-//! From what meters have read to arrays with units.
+//! Conversion of meter readings to arrays with units.
 
 use super::{Array, ArrayPlacement, Arrays, Quality, records};
 use crate::assemble::{Gruneisen, Instrument, Normalization};
@@ -6,29 +6,31 @@ use serde_json::Value;
 use transport::meter::{Coordinates, Meter, Reading, RecordTable};
 use transport::render::Measurement;
 
-/// Ends of the names of the arrays with statistics of another array.
+/// Name endings of arrays that hold statistics of another array.
 pub(super) const STATISTICS: [&str; 3] = [ERROR, EFFECTIVE, FEW];
 const ERROR: &str = "_error";
 const EFFECTIVE: &str = "_effective";
 const FEW: &str = "_few";
 
-/// A measurement and what it was made with.
+/// A measurement, with its meters and the names of its channels.
 #[derive(Clone, Copy, Debug)]
 pub struct Context<'a> {
     /// Meters.
     pub instruments: &'a [Instrument],
-    /// Their readings.
+    /// Readings of the meters.
     pub measurement: &'a Measurement,
     /// Names of the channels.
     pub channels: &'a [String],
 }
 
-/// Everything that the meters have read: means and standard errors, effective numbers of particles and where these are too few, the edges of all bins, and where
-/// grids lie. `attributes` are added to.
+/// Returns all readings: means and standard errors, effective numbers of particles, flags where
+/// these numbers are too low, the edges of all bins, and the positions of grids. Adds to
+/// `attributes`.
 pub fn arrays(context: &Context, attributes: Vec<(String, Value)>) -> Arrays {
     let (mut main, mut placement) = (None, None);
     if let [instrument] = context.instruments {
-        // What a fluence meter reads first, an irradiance meter in most detail.
+        // Choose the first reading of a fluence meter, and the most detailed (last) reading of an
+        // irradiance meter.
         let readings = context.measurement.readings.first().map_or(0, Vec::len);
         let first = matches!(instrument.meter, Meter::Fluence(_));
         let reading = if first { 0 } else { readings.saturating_sub(1) };
@@ -44,7 +46,7 @@ pub fn arrays(context: &Context, attributes: Vec<(String, Value)>) -> Arrays {
     }
 }
 
-/// The arrays of a measurement. Only those whose names are `wanted` have elements.
+/// Returns the arrays of a measurement. Only arrays whose names are `wanted` have elements.
 pub fn list(context: &Context, wanted: &dyn Fn(&str) -> bool) -> Vec<Array> {
     let mut list = vec![emitted(context)];
     let scribes = scribes(context, wanted);
@@ -63,7 +65,8 @@ pub fn list(context: &Context, wanted: &dyn Fn(&str) -> bool) -> Vec<Array> {
     list
 }
 
-/// Attributes of the arrays of a measurement, such as names of channels and regions, after those given.
+/// Returns the attributes of a measurement's arrays, such as names of channels and regions, after
+/// the given attributes.
 pub fn attributes(context: &Context, mut attributes: Vec<(String, Value)>) -> Vec<(String, Value)> {
     attributes.push(("channels".into(), context.channels.join(" ").into()));
     let scribes = scribes(context, &|_| false);
@@ -83,7 +86,7 @@ pub fn attributes(context: &Context, mut attributes: Vec<(String, Value)>) -> Ve
     attributes
 }
 
-/// For each meter, what makes arrays of its readings.
+/// Returns a converter for the readings of each meter.
 fn scribes<'a>(context: &'a Context, wanted: &'a dyn Fn(&str) -> bool) -> Vec<Scribe<'a>> {
     let several = context.instruments.len() > 1;
     let measured = context
@@ -108,22 +111,22 @@ fn scribes<'a>(context: &'a Context, wanted: &'a dyn Fn(&str) -> bool) -> Vec<Sc
     measured.map(scribe).collect()
 }
 
-/// Arrays before those of the first reading.
+/// Number of arrays before the arrays of the first reading.
 const BEFORE_READINGS: usize = 1;
 
-/// Arrays for each reading.
+/// Number of arrays per reading.
 const ARRAYS: usize = 4;
 
-/// For each reading, the share of its bins with light whose errors are not to be trusted.
+/// Lists for each reading the fraction of bins with unreliable errors, among the bins with light.
 fn few(readings: &[Reading]) -> String {
     let share = |r: &Reading| format!("{} {:.4}", r.name, Quality::of(r).few_share());
     readings.iter().map(share).collect::<Vec<_>>().join(", ")
 }
 
-/// Name of the array that all measurements have: the power of all emitters.
+/// Name of the array that every measurement has: the power of all emitters.
 pub(super) const EMITTED: &str = "emitted";
 
-/// Power of all emitters, per channel.
+/// Returns the power of all emitters, per channel.
 fn emitted(context: &Context) -> Array {
     let power = &context.measurement.emitted;
     Array {
@@ -135,16 +138,17 @@ fn emitted(context: &Context) -> Array {
     }
 }
 
-/// Turns the readings of one meter into arrays.
+/// Converts the readings of a meter to arrays.
 struct Scribe<'a> {
     context: &'a Context<'a>,
     instrument: &'a Instrument,
     readings: &'a [Reading],
-    /// Name of the meter, with a dot, if there are several.
+    /// Name of the meter and a dot, if there are several meters; otherwise empty.
     prefix: String,
-    /// Whether light is told apart by its optical length: emitters are pulses then, of an energy.
+    /// True if the meter separates light by optical length. Emitters are then pulses with an
+    /// energy.
     pulsed: bool,
-    /// Chooses the arrays of readings that get elements, by their names.
+    /// Selects by name the arrays of readings that get elements.
     wanted: &'a dyn Fn(&str) -> bool,
 }
 
@@ -157,7 +161,8 @@ impl Scribe<'_> {
         }
     }
 
-    /// Mean and standard error of a reading, effective numbers of particles, and where these are too few.
+    /// Returns mean and standard error of a reading, effective numbers of particles, and flags
+    /// where these numbers are too low.
     fn reading(&self, reading: &Reading) -> [Array; ARRAYS] {
         let power = self.unit();
         let unit = match &*reading.name {
@@ -172,7 +177,7 @@ impl Scribe<'_> {
         self.all(reading, [&reading.name, &unit], per_watt, |c| self.scale(c))
     }
 
-    /// What readings of power are multiplied by in a channel.
+    /// Returns the factor for power readings in a channel.
     fn scale(&self, channel: usize) -> f64 {
         match self.instrument.normalization {
             Normalization::Absolute => 1.0,
@@ -180,13 +185,13 @@ impl Scribe<'_> {
         }
     }
 
-    /// Standard error of the emitted power of a channel, relative to the power.
+    /// Returns the standard error of a channel's emitted power, relative to the power.
     fn relative_power_error(&self, channel: usize) -> f64 {
         let measurement = self.context.measurement;
         measurement.emitted_error[channel] * reciprocal(measurement.emitted[channel])
     }
 
-    /// Unit of power.
+    /// Returns the unit of power.
     fn unit(&self) -> &'static str {
         match (self.instrument.normalization, self.pulsed) {
             (Normalization::PerWatt, _) => "1",
@@ -195,7 +200,7 @@ impl Scribe<'_> {
         }
     }
 
-    /// Records of detected light.
+    /// Returns the records of detected light.
     fn records(&self, table: &RecordTable) -> Vec<Array> {
         let channels = self.context.channels.len();
         let scaled = |values: &[f64]| -> Vec<f64> {
@@ -211,7 +216,8 @@ impl Scribe<'_> {
         layout.arrays(table, powers)
     }
 
-    /// Initial pressure p₀ = Γ μ_a Φ, with the fluence Φ of a short pulse, and what goes with it.
+    /// Returns the initial pressure p₀ = Γ μ_a Φ, with the fluence Φ of a short pulse, and its
+    /// statistics.
     fn pressure(&self, absorbed: &Reading, gruneisen: &Gruneisen) -> [Array; ARRAYS] {
         let emitted = &self.context.measurement.emitted;
         let factor = gruneisen.factor();
@@ -219,7 +225,8 @@ impl Scribe<'_> {
         self.all(absorbed, ["p0", "Pa"], true, scale)
     }
 
-    /// Arrays of a reading times a scale. The error of the emitted power adds to the errors of readings `per_emitted` power.
+    /// Returns the arrays of a reading times a scale. For readings `per_emitted` power, the error
+    /// of the emitted power adds to the errors.
     fn all(
         &self,
         reading: &Reading,
@@ -273,7 +280,7 @@ impl Scribe<'_> {
         ]
     }
 
-    /// The edges of the bins of all axes, and where a grid lies.
+    /// Returns the bin edges of all axes, and the position of a grid.
     fn axes(&self) -> Vec<Array> {
         let mut list: Vec<Array> = Vec::new();
         for axis in self.readings.iter().flat_map(|r| &r.axes) {
@@ -282,7 +289,7 @@ impl Scribe<'_> {
                 continue;
             }
             let length = ["x", "y", "z", "r", "opl"].contains(&&*axis.name);
-            // Radii of a disk are relative to its own.
+            // Radii of a disc are relative to its own radius.
             let length = length && !matches!(self.instrument.meter, Meter::Irradiance(_))
                 || axis.name == "opl";
             list.push(Array {
@@ -313,12 +320,12 @@ impl Scribe<'_> {
     }
 }
 
-/// 1/x; 0 for a channel without light.
+/// Returns 1/x, or 0 for a channel without light.
 fn reciprocal(x: f64) -> f64 {
     if x > 0.0 { x.recip() } else { 0.0 }
 }
 
-/// Where the cells of a Cartesian grid lie.
+/// Returns the position of a Cartesian grid's cells.
 fn placement(meter: &Meter) -> Option<ArrayPlacement> {
     let Meter::Fluence(meter) = meter else {
         return None;

@@ -1,11 +1,11 @@
-//! Records of detected light as arrays.
+//! Arrays of records of detected light.
 
 use super::Array;
 use serde_json::{Value, json};
 use transport::meter::RecordTable;
 use transport::mueller::STOKES_PARAMETERS;
 
-/// How the arrays of a table are named and what they are measured in.
+/// Names and units of a table's arrays.
 #[derive(Clone, Copy)]
 pub(super) struct Layout<'a> {
     pub prefix: &'a str,
@@ -14,7 +14,8 @@ pub(super) struct Layout<'a> {
     pub power: &'static str,
 }
 
-/// The regions that records tell apart, and the number of particles whose records are kept.
+/// Returns attributes: the regions that records distinguish, and the number of particles with
+/// records.
 pub(super) fn attributes(table: &RecordTable, prefix: &str) -> [(String, Value); 2] {
     let names: Vec<&str> = table.regions.iter().map(|r| &*r.name).collect();
     [
@@ -24,7 +25,7 @@ pub(super) fn attributes(table: &RecordTable, prefix: &str) -> [(String, Value);
 }
 
 impl Layout<'_> {
-    /// The columns of a table, given its weights and Stokes parameters in their unit.
+    /// Returns the columns of a table, given its weights and Stokes parameters in their unit.
     pub(super) fn arrays(
         &self,
         table: &RecordTable,

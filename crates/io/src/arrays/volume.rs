@@ -1,4 +1,4 @@
-//! Volumes as arrays.
+//! Arrays of volumes.
 
 use super::{Array, Read};
 use crate::error::{FileError, Problem};
@@ -7,8 +7,9 @@ use crate::volume::{self, AxisOrder, Format, Options, Volume};
 use serde_json::{Value, json};
 use std::path::Path;
 
-/// Reads a volume as the array `volume` of axes z, y, x, and its channels if there are several; several volumes by their names.
-/// Of an NRRD file that does not say which axis is which, the fastest is x.
+/// Reads a volume as the array `volume` with axes z, y, x, and a channel axis if there are several
+/// channels. Several volumes keep their own names. If an NRRD file does not name its axes, the
+/// fastest is x.
 pub(super) fn read(path: &Path, limits: Limits) -> Result<Read, Problem> {
     let options = Options::default().within(limits);
     let names = volume::names(path).map_err(|error| error.problem)?;
@@ -65,7 +66,7 @@ fn array(name: &str, volume: Volume<f64>) -> Array {
     }
 }
 
-/// Where the samples are, and of what type.
+/// Returns attributes: the positions of the samples, and their type.
 fn attributes(volume: &Volume<f64>) -> Vec<(String, Value)> {
     let place = volume.place();
     let steps = [place.steps.x_axis, place.steps.y_axis, place.steps.z_axis];

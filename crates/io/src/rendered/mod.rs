@@ -1,4 +1,4 @@
-//! Renders as images of several layers.
+//! Conversion of renders to images with several layers.
 
 mod naming;
 mod picture;
@@ -9,8 +9,9 @@ pub use picture::Picture;
 use crate::image::{ImageLayers, Layer};
 use transport::render::{Rendering, StrategyImage};
 
-/// What each strategy of a render found, in layers such as `s1t2.weighted` (its share: these add up to
-/// the main layer, which is the image) and `s1t2.unweighted` (all that it can find, on its own).
+/// Returns the images of a render's strategies. A layer such as `s1t2.weighted` is the weighted
+/// contribution of a strategy; these layers add up to the main layer, which is the image. A layer
+/// such as `s1t2.unweighted` is the strategy's estimate without the others.
 pub fn strategies(
     rendering: &Rendering,
     names: &[String],
@@ -36,7 +37,7 @@ pub fn strategies(
     }
 }
 
-/// A layer from channels that are interleaved.
+/// Makes a layer from interleaved channels.
 fn layer(name: &str, values: &[f32], channels: &[String]) -> Layer {
     let planes = planes(values, channels.len());
     Layer {
@@ -45,7 +46,7 @@ fn layer(name: &str, values: &[f32], channels: &[String]) -> Layer {
     }
 }
 
-/// Channels that are interleaved, one by one.
+/// Separates interleaved channels.
 fn planes(values: &[f32], channels: usize) -> impl Iterator<Item = Vec<f32>> {
     (0..channels).map(move |c| values.iter().skip(c).step_by(channels).copied().collect())
 }

@@ -1,4 +1,4 @@
-//! Films whose light is told apart, as files and reports show them.
+//! Layer names of films with separated light, for files and reports.
 
 use crate::assemble::{Layering, Loaded};
 use serde_json::{Value, json};
@@ -6,12 +6,12 @@ use transport::Film;
 use transport::film::LightParts;
 use transport::mueller::STOKES_PARAMETERS;
 
-/// Bins have numbers of at least so many digits: names then sort like numbers.
+/// Minimum number of digits of bin numbers, so that alphabetical order is numerical order.
 const DIGITS: usize = 4;
-/// The Stokes parameters.
+/// Names of the Stokes parameters.
 const STOKES: [&str; STOKES_PARAMETERS] = ["S0", "S1", "S2", "S3"];
 
-/// What is needed to name layers.
+/// Data for naming layers.
 #[derive(Clone, Copy, Debug)]
 pub struct Naming<'a> {
     layering: &'a Layering,
@@ -19,7 +19,7 @@ pub struct Naming<'a> {
 }
 
 impl<'a> Naming<'a> {
-    /// Names as in the scene; `None` if its film keeps light together.
+    /// Takes the names from the scene; `None` if its film does not separate light.
     pub fn of(loaded: &'a Loaded) -> Option<Self> {
         loaded.layering.decomposition.is_some().then_some(Naming {
             layering: &loaded.layering,
@@ -27,7 +27,7 @@ impl<'a> Naming<'a> {
         })
     }
 
-    /// What the first axis is called.
+    /// Returns the name of the first axis.
     fn length(&self) -> &'static str {
         match self.layering.speed_of_light {
             Some(_) => "time",
@@ -35,7 +35,7 @@ impl<'a> Naming<'a> {
         }
     }
 
-    /// The name of a layer, such as `length.0012.bounce.1.light.bulb`.
+    /// Returns the name of a layer, such as `length.0012.bounce.1.light.bulb`.
     fn name(&self, layer: usize) -> String {
         let decomposition = &self.layering.decomposition;
         let [length, bounce, emitter, part] = decomposition.slots(layer);
@@ -64,7 +64,7 @@ impl<'a> Naming<'a> {
         parts.join(".")
     }
 
-    /// The axes along which light is told apart, in the order of arrays and names.
+    /// Returns the axes along which light is separated, in the order of arrays and names.
     pub fn axes(&self) -> Vec<Value> {
         let decomposition = &self.layering.decomposition;
         let mut axes = Vec::new();
@@ -90,7 +90,7 @@ impl<'a> Naming<'a> {
         axes
     }
 
-    /// The axes in a few words, for people.
+    /// Describes the axes in a few words, for people.
     pub fn describe(&self) -> String {
         let decomposition = &self.layering.decomposition;
         let length = self.layering.bins().map(|bins| {
@@ -115,18 +115,18 @@ impl<'a> Naming<'a> {
         0..self.layering.decomposition.layers()
     }
 
-    /// Names of all layers, in their order on the film.
+    /// Returns the names of all layers, in their order on the film.
     pub fn names(&self) -> impl Iterator<Item = String> + '_ {
         self.layers().map(|layer| self.name(layer))
     }
 
-    /// The layers of light that is within the bins.
+    /// Returns the layers of light within the bins.
     pub(super) fn regular(&self) -> impl Iterator<Item = usize> {
         let decomposition = &self.layering.decomposition;
         self.layers().filter(|&l| decomposition.is_regular(l))
     }
 
-    /// The lengths of the axes that are asked for.
+    /// Returns the lengths of the requested axes.
     pub(super) fn shape(&self) -> impl Iterator<Item = usize> {
         let decomposition = &self.layering.decomposition;
         let asked = [
@@ -140,21 +140,21 @@ impl<'a> Naming<'a> {
             .map(|(axis, _)| axis.regular)
     }
 
-    /// Whether a layer's samples have one sign, so that effective numbers of them mean something. Stokes parameters after the first and
-    /// correlations have either sign.
+    /// Returns true if a layer's samples have one sign, so that their effective number is
+    /// meaningful. Correlations, and Stokes parameters after the first, may have either sign.
     pub fn is_of_one_sign(&self, layer: usize) -> bool {
         let [.., part] = self.layering.decomposition.slots(layer);
         let parts = self.layering.decomposition.parts;
         parts.is_none_or(|parts| parts.is_of_one_sign(part))
     }
 
-    /// Whether a layer is of light itself.
+    /// Returns true if a layer holds light itself, not another part of it.
     fn is_of_light(&self, layer: usize) -> bool {
         let [.., part] = self.layering.decomposition.slots(layer);
         part == 0
     }
 
-    /// Axes, and mean and standard error of every layer.
+    /// Returns the axes, and mean and standard error of each layer.
     pub fn json(&self, film: &Film) -> Value {
         let layer = |i| {
             let (mean, error) = film.layer_summary(i);
@@ -174,7 +174,7 @@ impl<'a> Naming<'a> {
         })
     }
 
-    /// Share of the image's light that is outside of the bins.
+    /// Returns the fraction of the image's light outside the bins.
     pub fn outside(&self, film: &Film) -> f64 {
         let decomposition = &self.layering.decomposition;
         let outside = self.layers().filter(|&l| !decomposition.is_regular(l));
@@ -187,7 +187,7 @@ impl<'a> Naming<'a> {
     }
 }
 
-/// The name of a part of light.
+/// Returns the name of a part of light.
 fn part_name(parts: &LightParts, part: usize) -> String {
     match parts {
         LightParts::Stokes => STOKES[part].into(),

@@ -1,4 +1,4 @@
-//! What a render found as a picture of several layers.
+//! Renders as pictures with several layers.
 
 use super::Naming;
 use crate::assemble::{Loaded, NamedQuantity};
@@ -13,25 +13,25 @@ use std::path::Path;
 use transport::Film;
 use transport::render::Rendering;
 
-/// A render as a picture. Its values are computed as they are asked for: a film is large, and files are written
-/// without holding it twice.
+/// A render as a picture. Values are computed on request: a film is large, and writing a file does
+/// not need a second copy.
 #[derive(Debug)]
 pub struct Picture<'a> {
     film: &'a Film,
     channels: Cow<'a, [String]>,
-    /// The only channel of numbers of samples.
+    /// Name of the single channel of sample counts.
     count: [String; 1],
     /// Quantities besides light.
     quantities: Option<Beside<'a>>,
-    /// Second moments of quantities, besides light or in its place: their names, and the channels that they are of.
+    /// Second moments of quantities, which the film holds besides light or instead of it.
     squares: Squares,
-    /// If light is told apart.
+    /// Names of layers, if light is separated.
     naming: Option<Naming<'a>>,
     layers: Vec<(String, Content)>,
     attributes: Vec<(String, String)>,
 }
 
-/// Quantities besides light.
+/// Film and channels of quantities besides light.
 #[derive(Debug)]
 struct Beside<'a> {
     film: &'a Film,
@@ -41,9 +41,9 @@ struct Beside<'a> {
 /// Second moments of quantities.
 #[derive(Debug, Default)]
 struct Squares {
-    /// Names of their channels.
+    /// Names of the channels.
     names: Vec<String>,
-    /// The channels of the film of quantities that they are of.
+    /// Channels in the film of quantities to which the moments belong.
     channels: Vec<usize>,
 }
 
@@ -63,35 +63,42 @@ impl Squares {
     }
 }
 
-/// What a layer shows.
+/// Content of a layer.
 #[derive(Debug)]
 enum Content {
-    /// Means, of a layer of light told apart or of all light.
+    /// Means, of a separate layer of light or of all light.
     Mean(Option<usize>),
-    /// Variances of these.
+    /// Variances of these means.
     Variance(Option<usize>),
-    /// Where these are not to be trusted: 1, else 0.
+    /// Flags: 1 where these variances are unreliable, otherwise 0.
     Few(Option<usize>),
     /// Number of samples.
     Samples,
-    /// Means of the squares of all light's samples.
+    /// Mean squares of the samples of all light.
     SecondMoment,
     /// Means of quantities besides light.
     Quantities,
-    /// Variances of these.
+    /// Variances of the means of quantities.
     QuantityVariance,
-    /// Means of the squares of quantities.
+    /// Mean squares of quantities.
     QuantityMoment,
     /// Values with channels interleaved.
     Stored(Vec<f32>),
 }
 
 impl<'a> Picture<'a> {
-    /// With the mean as main layer, and layers `variance` (of the mean), `few` (1 where that is not to be trusted), `samples`
-    /// (their number), `reweighted` if it was asked for, and of photon maps `bias` (what is known of that of every pixel) and `bound` (which the error
-    /// by bias and noise exceeds in one of twenty pixels at most); then every layer of light told apart with
-    /// its own, such as `length.0012`, `variance.length.0012` and `few.length.0012`; quantities besides light by the names of the
-    /// scene, such as `depth` and `variance.depth`; and second moments, such as `m2_image`.
+    /// Makes the picture of a render, with these layers:
+    ///
+    /// - the mean as the main layer, `variance` of the mean, `few` (1 where the variance is
+    ///   unreliable) and `samples` (their number);
+    /// - `reweighted`, if requested;
+    /// - for photon maps, `bias` (the estimated bias of each pixel) and `bound` (which the error by
+    ///   bias and noise exceeds in at most one of twenty pixels);
+    /// - for each separate layer of light, layers such as `length.0012`, `variance.length.0012` and
+    ///   `few.length.0012`;
+    /// - quantities besides light with the names from the scene, such as `depth` and
+    ///   `variance.depth`;
+    /// - second moments, such as `m2_image`.
     pub fn new(
         rendering: &'a Rendering,
         loaded: &'a Loaded,
@@ -135,8 +142,9 @@ impl<'a> Picture<'a> {
         }
     }
 
-    /// The light of a scene that came from no file, without the layers of light told apart: the channel of a film of one is `Y`,
-    /// those of a film of three are `R`, `G` and `B`, and others have numbers from 0.
+    /// Makes the picture of a scene that does not come from a file, without separate layers of
+    /// light. The channel of a one-channel film is `Y`. The channels of a three-channel film are
+    /// `R`, `G` and `B`. Channels of other films are numbered from 0.
     pub fn of_light(rendering: &'a Rendering) -> Self {
         let film = &rendering.film;
         let count = film.channels();
@@ -152,21 +160,24 @@ impl<'a> Picture<'a> {
         }
     }
 
-    /// Writes the picture in the format that the name of the file tells: as [`write_exr`](Picture::write_exr),
-    /// [`write_npy`](Picture::write_npy) or [`write_png`](Picture::write_png), as bright as [`Exposure::Auto`] makes it.
+    /// Writes the picture in the format of the file's extension with
+    /// [`write_exr`](Picture::write_exr), [`write_npy`](Picture::write_npy) or
+    /// [`write_png`](Picture::write_png). [`Exposure::Auto`] sets the brightness of a PNG file.
     ///
     /// # Errors
     ///
-    /// As these, and [`Problem::Unsupported`](crate::Problem::Unsupported) for other names.
+    /// Returns the errors of these functions, and
+    /// [`Problem::Unsupported`](crate::Problem::Unsupported) for other extensions.
     pub fn write(&self, path: &Path) -> Result<(), FileError> {
         self.write_exposed(path, Exposure::Auto)
     }
 
-    /// As [`write`](Picture::write), where `exposure` says how bright a `.png` file is.
+    /// Writes the picture like [`write`](Picture::write); `exposure` sets the brightness of a
+    /// `.png` file.
     ///
     /// # Errors
     ///
-    /// As for [`write`](Picture::write).
+    /// Returns the errors of [`write`](Picture::write).
     pub fn write_exposed(&self, path: &Path, exposure: Exposure) -> Result<(), FileError> {
         let extension = path.extension().and_then(|e| e.to_str());
         match extension.map(str::to_ascii_lowercase).as_deref() {
@@ -177,7 +188,7 @@ impl<'a> Picture<'a> {
         }
     }
 
-    /// Some rows of the main layer, in memory.
+    /// Returns some rows of the main layer, in memory.
     fn rows(&self, rows: Range<usize>) -> ImageLayers {
         let width = self.film.width();
         let pixels = rows.start * width..rows.end * width;
@@ -196,7 +207,7 @@ impl<'a> Picture<'a> {
         }
     }
 
-    /// How bright the main layer is shown on a screen.
+    /// Returns the tone mapping of the main layer for a screen.
     pub fn tone(&self, exposure: Exposure, curve: Curve) -> Tone {
         Tone {
             exposure: exposure.stops(self.on_screen()),
@@ -204,27 +215,27 @@ impl<'a> Picture<'a> {
         }
     }
 
-    /// Writes what a screen shows of the main layer as a PNG file, at once or not at all.
+    /// Writes the main layer as displayed on a screen to a PNG file, completely or not at all.
     ///
     /// # Errors
     ///
-    /// As [`png::write()`].
+    /// Returns the errors of [`png::write()`].
     pub fn write_png(&self, path: &Path, tone: Tone) -> Result<(), FileError> {
         let size = [self.film.width(), self.film.height()];
         png::write_pixels(path, size, self.on_screen(), tone)
     }
 
-    /// The colours of the main layer, row by row, of which one is in memory at a time.
+    /// Returns the colours of the main layer row by row. A single row is in memory at a time.
     fn on_screen(&self) -> impl Iterator<Item = [f32; 3]> {
         let row = |row| self.rows(row..row + 1).on_screen().unwrap_or_default();
         (0..self.film.height()).flat_map(move |y| row(y).pixels)
     }
 
-    /// Writes all layers as an EXR file, at once or not at all.
+    /// Writes all layers as an EXR file, completely or not at all.
     ///
     /// # Errors
     ///
-    /// As [`exr::write()`].
+    /// Returns the errors of [`exr::write()`].
     pub fn write_exr(&self, path: &Path) -> Result<(), FileError> {
         let places = self.layers.iter().flat_map(|(name, content)| {
             let names = self.names(content).iter().enumerate();
@@ -243,13 +254,14 @@ impl<'a> Picture<'a> {
         })
     }
 
-    /// Writes the means as a float32 array, at once or not at all: `[row, column, channel]`, or where light is told apart
-    /// `[row, column, length, bounce, light, channel]` without the axes that are not asked for and without
-    /// light that is outside of the bins.
+    /// Writes the means as a float32 array, completely or not at all. Its axes are
+    /// `[row, column, channel]`, or, if light is separated,
+    /// `[row, column, length, bounce, light, channel]` without axes that are not requested. Light
+    /// outside the bins is left out.
     ///
     /// # Errors
     ///
-    /// As [`npy::write()`].
+    /// Returns the errors of [`npy::write()`].
     pub fn write_npy(&self, path: &Path) -> Result<(), FileError> {
         let (film, channels) = (self.film, self.channels.len());
         let mut shape = vec![film.height(), film.width()];
@@ -280,7 +292,8 @@ impl<'a> Picture<'a> {
         }
     }
 
-    /// The film of quantities: the only one, if they are what the picture shows.
+    /// Returns the film of quantities. It is the only film if the picture shows quantities instead
+    /// of light.
     fn of_quantities(&self) -> &Film {
         let quantities = self.quantities.as_ref();
         quantities.map_or(self.film, |quantities| quantities.film)
@@ -304,14 +317,14 @@ impl<'a> Picture<'a> {
     }
 }
 
-/// The layers of all light, or of other quantities.
+/// Returns the layers of all light, or of other quantities.
 fn layers(rendering: &Rendering, is_light: bool) -> Vec<(String, Content)> {
     let film = &rendering.film;
     let mut layers = vec![
         (String::new(), Content::Mean(None)),
         ("variance".into(), Content::Variance(None)),
     ];
-    // Quantities of other kinds may be of either sign, of which effective numbers tell nothing.
+    // Other quantities may have either sign; their effective numbers are meaningless.
     if is_light {
         layers.push(("few".into(), Content::Few(None)));
     }

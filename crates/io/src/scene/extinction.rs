@@ -1,4 +1,4 @@
-//! Coefficients of media in the terms of Mitsuba 3.
+//! Conversion of media coefficients to the parameters of Mitsuba 3.
 
 use super::{
     Child, ObjectDescription, ObjectId, PluginKind, SceneDescription, SpectrumValue, Value,
@@ -7,8 +7,9 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 impl SceneDescription {
-    /// Returns the scene with `sigma_t` and `albedo` in place of `sigma_s` and `sigma_a` of homogeneous media, if these are numbers or
-    /// colours. Mitsuba 3 does not take `sigma_s` and `sigma_a`.
+    /// Returns the scene with `sigma_t` and `albedo` instead of `sigma_s` and `sigma_a` of
+    /// homogeneous media, if these are numbers or colours. Mitsuba 3 does not accept `sigma_s` and
+    /// `sigma_a`.
     pub fn with_extinctions(&self) -> SceneDescription {
         SceneDescription {
             root: converted(&self.root, &mut HashMap::new()),
@@ -17,7 +18,7 @@ impl SceneDescription {
     }
 }
 
-/// An object with all that it contains, each converted once, however many references there are.
+/// Converts an object and all objects in it, each once, however many references it has.
 fn converted(
     object: &Arc<ObjectDescription>,
     done: &mut HashMap<ObjectId, Arc<ObjectDescription>>,
@@ -74,7 +75,7 @@ fn convert(medium: &mut ObjectDescription) {
     }
 }
 
-/// Red, green and blue of a number or a colour.
+/// Returns red, green and blue of a number or a colour.
 fn channels(value: &Value) -> Option<[f64; 3]> {
     match value {
         Value::Float(v) | Value::Spectrum(SpectrumValue::Uniform(v)) => Some([*v; 3]),

@@ -1,4 +1,4 @@
-//! A fingerprint of a scene: equal exactly if description and data files are equal.
+//! Fingerprints of scenes: equal if and only if description and data files are equal.
 
 use std::collections::HashMap;
 use std::fmt;
@@ -14,7 +14,7 @@ use crate::error::FileError;
 pub struct SceneHash([u8; 32]);
 
 impl SceneHash {
-    /// The bytes.
+    /// Returns the bytes.
     pub fn bytes(&self) -> &[u8; 32] {
         &self.0
     }
@@ -27,21 +27,22 @@ impl fmt::Display for SceneHash {
 }
 
 impl SceneHash {
-    /// Of the same scene without its flow.
+    /// Derives the fingerprint of the scene without its index variations (`undisturbed`).
     pub(crate) fn undisturbed(self) -> Self {
         SceneHash(*blake3::keyed_hash(&self.0, b"undisturbed").as_bytes())
     }
 }
 
 impl SceneDescription {
-    /// Fingerprint of the resolved description and of the contents of `files`.
+    /// Returns the fingerprint of the resolved description and of the contents of `files`.
     ///
-    /// It does not depend on comments, layout, the order of parameters, the spelling and types of numbers,
-    /// whether the file is XML or JSON, how the description is split into included files, or the folder in which the scene lies.
+    /// The fingerprint does not depend on comments, layout, the order of parameters, the notation
+    /// and types of numbers, the file format (XML or JSON), the division into included files, or
+    /// the scene's folder.
     ///
     /// # Errors
     ///
-    /// A data file that cannot be read.
+    /// Returns an error if a data file cannot be read.
     pub fn hash(&self, files: &FileRegistry) -> Result<SceneHash, FileError> {
         let mut writer = Writer {
             hasher: blake3::Hasher::new(),
@@ -56,7 +57,7 @@ impl SceneDescription {
     }
 }
 
-/// Feeds the hasher with an unambiguous serialisation: every text and list carries its length.
+/// Feeds the hasher with an unambiguous serialisation: each text and list includes its length.
 struct Writer {
     hasher: blake3::Hasher,
     seen: HashMap<ObjectId, u64>,
@@ -64,7 +65,7 @@ struct Writer {
 
 impl Writer {
     fn object(&mut self, object: &ObjectDescription) {
-        // Each object once: shared objects could otherwise multiply without bound.
+        // Hash each object once: shared objects could otherwise multiply exponentially.
         let next = self.seen.len() as u64;
         if let Some(&number) = self.seen.get(&object.number) {
             self.text("same");
@@ -83,15 +84,15 @@ impl Writer {
         }
         self.number(object.children.len() as u64);
         for child in &object.children {
-            // A name that only says the kind says nothing.
+            // A role that is only the name of the kind carries no information.
             let role = child.name.as_deref();
             self.optional(role.filter(|name| PluginKind::of_key(name).is_none()));
             self.object(&child.object);
         }
     }
 
-    /// What no plugin tells apart is the same: a whole number and a float, a
-    /// point and a vector.
+    /// Hashes a value. Values that no plugin distinguishes have equal hashes: a whole number and a
+    /// float, a point and a vector.
     fn value(&mut self, value: &Value) {
         match value {
             Value::Integer(v) if *v as f64 as i64 == *v => self.tagged("number", &[*v as f64]),
@@ -132,7 +133,7 @@ impl Writer {
     fn tagged(&mut self, tag: &str, values: &[f64]) {
         self.text(tag);
         self.number(values.len() as u64);
-        // The sum makes −0 the zero that it is.
+        // Adding 0 converts −0 to 0.
         values.iter().for_each(|v| self.number((v + 0.0).to_bits()));
     }
 
@@ -140,7 +141,7 @@ impl Writer {
         self.text("array");
         self.number(tensor.shape().len() as u64);
         tensor.shape().iter().for_each(|n| self.number(*n as u64));
-        // In pieces: the hasher is slow with single numbers.
+        // Hash in blocks: the hasher is slow with single numbers.
         let mut bytes = Vec::with_capacity(1 << 16);
         for v in tensor.iter() {
             bytes.extend((v + 0.0).to_bits().to_le_bytes());

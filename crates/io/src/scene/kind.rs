@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// What an object is. Each kind has a tag of its own.
+/// Kind of an object. Each kind has its own tag.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum PluginKind {
     /// The whole scene.
@@ -54,7 +54,7 @@ impl PluginKind {
         PluginKind::Spectrum,
     ];
 
-    /// The tag, for example `shape`.
+    /// Returns the tag, for example `shape`.
     pub fn tag(self) -> &'static str {
         match self {
             PluginKind::Scene => "scene",
@@ -74,12 +74,12 @@ impl PluginKind {
         }
     }
 
-    /// The kind with the given tag.
+    /// Returns the kind with the given tag.
     pub(crate) fn from_tag(tag: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|kind| kind.tag() == tag)
     }
 
-    /// The kind that a name says, if it says nothing else: `shape`, or `shape_2`.
+    /// Returns the kind of a name that only states a kind: `shape`, or `shape_2`.
     pub fn of_key(key: &str) -> Option<Self> {
         let (word, number) = key.rsplit_once('_').unwrap_or((key, "1"));
         let numbered = !number.is_empty() && number.bytes().all(|b| b.is_ascii_digit());

@@ -1,7 +1,7 @@
-//! The scene description: a tree of plugins with parameters, as written in a file.
+//! Scene descriptions: trees of plugins with parameters, as written in a file.
 //!
-//! Nothing here knows what a plugin means. References are resolved: an object that is referenced
-//! twice is the same [`ObjectDescription`] with the same [`ObjectId`] in both places.
+//! A description does not interpret plugins. References are resolved: an object with two references
+//! is a single [`ObjectDescription`], with one [`ObjectId`], in both places.
 
 mod extinction;
 mod hash;
@@ -31,11 +31,11 @@ use crate::diagnostic::{Location, words};
 /// A whole scene.
 #[derive(Clone, Debug)]
 pub struct SceneDescription {
-    /// The root object, of kind [`PluginKind::Scene`].
+    /// Root object, of kind [`PluginKind::Scene`].
     pub root: Arc<ObjectDescription>,
-    /// Every parameter (`<default>` or override) with the value it had, by name.
+    /// Every parameter (`<default>` or override) with its value, by name.
     pub parameters: Vec<(String, String)>,
-    /// Folders in which files are looked for besides that of the file that names them, in this order.
+    /// Folders that are searched, in this order, besides the folder of the file that names a file.
     pub folders: Vec<PathBuf>,
 }
 
@@ -46,33 +46,34 @@ pub struct ObjectId(pub(crate) usize);
 /// A plugin with its parameters and the objects nested in it.
 #[derive(Clone, Debug)]
 pub struct ObjectDescription {
-    /// Identity: equal for two references to the same object.
+    /// Identity; equal for two references to one object.
     pub number: ObjectId,
-    /// What it is: a shape, an emitter, ...
+    /// Kind of the object: a shape, an emitter, ...
     pub kind: PluginKind,
-    /// Which one: the `type`, such as `sphere`. Empty for the scene.
+    /// Name of the plugin: the `type`, such as `sphere`. Empty for the scene.
     pub plugin: String,
-    /// The name by which references find it.
+    /// Name by which references find the object.
     pub id: Option<String>,
-    /// Parameters in the order in which they were written; names are unique.
+    /// Parameters in their order in the file; names are unique.
     pub properties: Vec<Property>,
-    /// Nested and referenced objects in the order in which they were written.
+    /// Nested and referenced objects in their order in the file.
     pub children: Vec<Child>,
-    /// Where it was written: its tag.
+    /// Place of the object: its tag.
     pub location: Location,
-    /// Where its `type` was written.
+    /// Place of its `type`.
     pub plugin_location: Location,
 }
 
 impl ObjectDescription {
-    /// How messages call it, for example `<shape type="sphere">`, or `{"type": "sphere"}` in JSON.
+    /// Returns the object's name in messages, for example `<shape type="sphere">`, or
+    /// `{"type": "sphere"}` in JSON.
     pub fn label(&self) -> String {
         let plugin = (self.kind != PluginKind::Scene).then_some(self.plugin.as_str());
         words::object(self.kind.tag(), plugin, &self.location)
     }
 }
 
-/// Objects and all that they contain, each once, however many references there are.
+/// Returns objects and all objects in them, each once, however many references it has.
 pub(crate) fn descendants<'a>(
     roots: impl IntoIterator<Item = &'a ObjectDescription>,
 ) -> impl Iterator<Item = &'a ObjectDescription> {
@@ -89,17 +90,17 @@ pub(crate) fn descendants<'a>(
 /// A named parameter.
 #[derive(Clone, Debug)]
 pub struct Property {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// Its value.
+    /// Value.
     pub value: Value,
-    /// Where its name was written.
+    /// Place of the name.
     pub name_location: Location,
-    /// Where its value was written.
+    /// Place of the value.
     pub location: Location,
 }
 
-/// The value of a parameter.
+/// Value of a parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
     /// A finite number.
@@ -118,12 +119,12 @@ pub enum Value {
     Vector(DVec3),
     /// An affine or projective map, acting on column vectors.
     Transform(DMat4),
-    /// Numbers that stand in for a file.
+    /// An array of numbers that replaces a file.
     Tensor(Arc<Tensor>),
 }
 
 impl Value {
-    /// The tag that such a value is written with, for example `float`.
+    /// Returns the tag with which this type of value is written, for example `float`.
     pub(crate) fn type_name(&self) -> &'static str {
         match self {
             Value::Float(_) => "float",
@@ -140,13 +141,13 @@ impl Value {
     }
 }
 
-/// An object in the role it plays in its parent.
+/// An object with its role in its parent.
 #[derive(Clone, Debug)]
 pub struct Child {
-    /// The role, such as `interior`; `None` if the kind says it all.
+    /// Role, such as `interior`; `None` if the kind is enough.
     pub name: Option<String>,
-    /// The object, shared with every other reference to it.
+    /// Object, shared with every other reference to it.
     pub object: Arc<ObjectDescription>,
-    /// Where it is nested or referenced.
+    /// Place where the object is nested or referenced.
     pub location: Location,
 }

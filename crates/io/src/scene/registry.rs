@@ -6,23 +6,23 @@ use std::path::{Path, PathBuf};
 use crate::error::{FileError, Problem};
 use crate::input::{self, Limits};
 
-/// The data files that a scene refers to, collected while its paths are resolved.
+/// Data files that a scene refers to, collected while their paths are resolved.
 #[derive(Clone, Debug, Default)]
 pub struct FileRegistry {
-    /// Resolved path to the way in which it was written.
+    /// Resolved paths, each with the name in the scene.
     files: BTreeMap<PathBuf, String>,
-    /// Where files are looked for besides the folder of the file that names them.
+    /// Folders that are searched besides the folder of the file that names a file.
     folders: Vec<PathBuf>,
     limits: Limits,
 }
 
 impl FileRegistry {
-    /// An empty registry.
+    /// Makes an empty registry.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// An empty registry of files that may take so much memory.
+    /// Makes an empty registry of files with these memory limits.
     pub fn within(limits: Limits) -> Self {
         FileRegistry {
             limits,
@@ -30,35 +30,35 @@ impl FileRegistry {
         }
     }
 
-    /// Looks for files in these folders, too, in this order.
+    /// Also searches for files in these folders, in this order.
     pub fn searching(self, folders: Vec<PathBuf>) -> Self {
         FileRegistry { folders, ..self }
     }
 
-    /// Finds a file by its name as written in a file that lies in `folder`, and records it.
+    /// Finds a file by its name in a file in `folder`, and records it.
     pub(crate) fn resolve(&mut self, written: &str, folder: &Path) -> PathBuf {
         let path = find(written, folder, &self.folders);
         self.add(path.clone(), written);
         path
     }
 
-    /// How much memory each of the files may take.
+    /// Returns the memory limits of each file.
     pub fn limits(&self) -> Limits {
         self.limits
     }
 
-    /// Records a file by its resolved path and the way in which the scene writes it.
+    /// Records a file by its resolved path and its name in the scene.
     pub fn add(&mut self, path: PathBuf, written: &str) {
         self.files.entry(path).or_insert_with(|| written.to_owned());
     }
 
-    /// The resolved paths.
+    /// Returns the resolved paths.
     pub fn paths(&self) -> impl Iterator<Item = &Path> {
         self.files.keys().map(PathBuf::as_path)
     }
 
-    /// Hashes of all contents with the names as written, in an order that does not depend on where
-    /// the scene lies.
+    /// Returns hashes of all contents with the names in the scene, in an order that does not depend
+    /// on the scene's folder.
     pub(super) fn content_hashes(&self) -> Result<Vec<(&str, blake3::Hash)>, FileError> {
         let hash = |(path, name)| Ok((name, content_hash(path)?));
         let files = self
@@ -71,8 +71,9 @@ impl FileRegistry {
     }
 }
 
-/// The path of a file or folder by its name as written in a file that lies in `folder`: there, or in the first of
-/// `folders` that has it, or in the current folder, as in Mitsuba. One that does not exist is expected in `folder`.
+/// Finds a file or folder by its name in a file in `folder`. As in Mitsuba, it searches `folder`,
+/// then each of `folders`, then the current folder. If the file does not exist, returns its path in
+/// `folder`.
 pub(crate) fn find(written: &str, folder: &Path, folders: &[PathBuf]) -> PathBuf {
     let nearest = folder.join(written);
     if nearest.exists() {

@@ -1,4 +1,4 @@
-//! Scenes that are written to another folder than that of their files.
+//! Names of data files for scenes that are written to another folder.
 
 use super::{
     Child, ObjectDescription, ObjectId, Property, SceneDescription, SpectrumValue, Value, find,
@@ -8,20 +8,21 @@ use std::collections::HashMap;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
-/// Parameters that name data files.
+/// Name of the parameter that names a data file.
 const FILE: &str = "filename";
 
-/// The name of a data file that is no text.
+/// A file name that is not Unicode.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}: the name is not Unicode, and scene files are: rename the file or its folders", .0.display())]
 pub struct NameOfFile(pub PathBuf);
 
 impl SceneDescription {
-    /// The scene with names of data files as they are seen from another folder: relative to it where that is possible, else
-    /// absolute. It then needs no [folders](SceneDescription::folders) to search.
+    /// Returns the scene with names of data files as seen from another folder: relative to it if
+    /// possible, otherwise absolute. The scene then needs no [folders](SceneDescription::folders)
+    /// to search.
     ///
     /// # Errors
-    /// A name that is not Unicode.
+    /// Returns an error for a name that is not Unicode.
     pub fn relocated(&self, folder: &Path) -> Result<Self, NameOfFile> {
         let mut relocation = Relocation {
             to: absolute(folder),
@@ -45,7 +46,7 @@ struct Relocation<'a> {
     to: PathBuf,
     folders: &'a [PathBuf],
     done: HashMap<ObjectId, Arc<ObjectDescription>>,
-    /// The first name that is no text.
+    /// First name that is not Unicode.
     refused: Option<NameOfFile>,
 }
 
@@ -84,7 +85,7 @@ impl Relocation<'_> {
         }
     }
 
-    /// The name of a file as it is seen from the new folder.
+    /// Returns the name of a file as seen from the new folder.
     fn file(&mut self, written: &str, location: &Location) -> String {
         let path = absolute(&find(written, location.source().directory(), self.folders));
         let seen = relative(&path, &self.to);
@@ -96,14 +97,15 @@ impl Relocation<'_> {
     }
 }
 
-/// A path from the root, with links followed as far as it exists.
+/// Returns an absolute path; if the path exists, with all links resolved.
 fn absolute(path: &Path) -> PathBuf {
     let known = path.canonicalize().ok();
     let path = known.or_else(|| std::path::absolute(path).ok());
     path.unwrap_or_default()
 }
 
-/// A path as it is seen from a folder, both absolute: with `..` if they have more than the root in common.
+/// Returns `path` as seen from `folder`, both absolute. The result is relative, with `..`, if they
+/// share more than the root.
 fn relative(path: &Path, folder: &Path) -> PathBuf {
     let shared = path.components().zip(folder.components());
     let shared = shared.take_while(|(a, b)| a == b).count();

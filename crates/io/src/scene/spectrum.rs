@@ -1,33 +1,33 @@
 //! Spectra as written in a file.
 
-/// A spectrum or colour before anything is known about the channels it is rendered in.
+/// A spectrum or colour, before the channels of the render are known.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SpectrumValue {
-    /// A plain number: the same in every channel.
+    /// A plain number, for every channel.
     Uniform(f64),
-    /// The same at every wavelength: as light on a colour film it is not white.
+    /// Equal energy: a constant over wavelength. As light on a colour film it is not white.
     EqualEnergy(f64),
     /// Linear red, green and blue.
     Rgb([f64; 3]),
     /// Pairs of wavelength (nm, increasing) and value.
     Sampled(Vec<(f64, f64)>),
-    /// A file of such pairs, as the scene writes its name.
+    /// File of pairs of wavelength and value, by its name in the scene.
     File(String),
-    /// Daylight, the illuminant D65, of this luminance.
+    /// Daylight (illuminant D65) with this luminance.
     D65(f64),
     /// Thermal radiation.
     Blackbody {
-        /// In kelvin.
+        /// Temperature in kelvin.
         temperature: f64,
         /// A factor.
         scale: f64,
-        /// Wavelengths in nm beyond which there is none.
+        /// Wavelengths in nm outside which the radiation is zero.
         range: [f64; 2],
     },
 }
 
 impl SpectrumValue {
-    /// Every number that the spectrum states, without wavelengths: for range checks.
+    /// Returns every number that the spectrum states, except wavelengths, for range checks.
     pub fn values(&self) -> Vec<f64> {
         match self {
             SpectrumValue::Uniform(v) | SpectrumValue::EqualEnergy(v) | SpectrumValue::D65(v) => {

@@ -1,18 +1,19 @@
-//! Tissues by name: how they scatter and absorb, per millimetre (docs/scene-format.md#tissues).
+//! Tissues by name: scattering and absorption coefficients per millimetre
+//! (docs/scene-format.md#tissues).
 
 mod tables;
 
 use tables::{HAEMOGLOBIN, RANGE, WATER};
 
-/// Haemoglobin in whole blood: 150 g/l of 64 500 g/mol, in mol/l.
+/// Concentration of haemoglobin in whole blood in mol/l: 150 g/l at 64 500 g/mol.
 const HAEMOGLOBIN_IN_BLOOD: f64 = 150.0 / 64_500.0;
-/// Millimetres in a centimetre.
+/// Millimetres per centimetre.
 const MM_PER_CM: f64 = 10.0;
 
-/// Mean cosine of scattering, with which reduced coefficients become σ_s.
+/// Mean cosine of scattering, which converts reduced coefficients to σ_s.
 pub(crate) const MEAN_COSINE: f64 = 0.9;
 
-/// Names of tissues after that of none.
+/// Names of tissues, after `none`.
 pub(crate) const NAMES: [&str; 6] = [
     "none",
     "soft tissue",
@@ -25,28 +26,30 @@ pub(crate) const NAMES: [&str; 6] = [
 /// A tissue.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Tissue {
-    /// The mean of many: σ_s' = a (f (λ/500 nm)⁻⁴ + (1 − f) (λ/500 nm)⁻ᵇ). What it holds absorbs.
+    /// Mean of many samples: σ_s' = a (f (λ/500 nm)⁻⁴ + (1 − f) (λ/500 nm)⁻ᵇ). Its [`Content`]
+    /// absorbs.
     Mean {
         /// σ_s' at 500 nm in 1/cm.
         at_500: f64,
-        /// The share f of Rayleigh scattering.
+        /// Fraction f of Rayleigh scattering at 500 nm.
         rayleigh: f64,
-        /// The power b of Mie scattering.
+        /// Exponent b of Mie scattering.
         mie: f64,
     },
-    /// Wavelength in nm, σ_s' and σ_a in 1/mm, as they were measured.
+    /// Measured wavelengths in nm, and σ_s' and σ_a in 1/mm.
     Measured(&'static [[f64; 3]]),
 }
 
-/// Means of S. L. Jacques, "Optical properties of biological tissues: a review", Physics in Medicine and Biology 58, R37 (2013),
-/// table 2.
+/// Means in S. L. Jacques, "Optical properties of biological tissues: a review", Physics in
+/// Medicine and Biology 58, R37 (2013), table 2.
 const SOFT: Tissue = mean(19.1, 0.153, 1.091);
 const FATTY: Tissue = mean(19.3, 0.174, 0.447);
 const BONE: Tissue = mean(15.3, 0.022, 0.326);
 
-/// Of A. N. Yaroslavsky and others, "Optical properties of selected native and coagulated human brain tissues in vitro in the visible
-/// and near infrared spectral range", Physics in Medicine and Biology 47, 2059 (2002), as in table 1 of PubMed Central PMC6366475:
-/// σ_s (1 − g), and σ_a.
+/// Wavelength in nm, σ_s (1 − g), and σ_a, in A. N. Yaroslavsky and others, "Optical properties of
+/// selected native and coagulated human brain tissues in vitro in the visible and near infrared
+/// spectral range", Physics in Medicine and Biology 47, 2059 (2002), as in table 1 of PubMed
+/// Central PMC6366475.
 const GRAY_MATTER: [[f64; 3]; 5] = [
     [670.0, 8.4 * 0.10, 0.020],
     [810.0, 7.3 * 0.11, 0.028],
@@ -70,7 +73,7 @@ const fn mean(at_500: f64, rayleigh: f64, mie: f64) -> Tissue {
     }
 }
 
-/// What of a tissue absorbs: shares of its volume, and of the blood's oxygenation.
+/// Absorbers in a tissue: volume fractions of blood and water, and the blood's oxygen saturation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Content {
     pub blood: f64,
@@ -79,7 +82,7 @@ pub(crate) struct Content {
 }
 
 impl Tissue {
-    /// The tissue of one of the [`NAMES`]; `None` for the first.
+    /// Returns the tissue with one of the [`NAMES`]; `None` for the first.
     pub(crate) fn of(name: &str) -> Option<Self> {
         match name {
             "soft tissue" => Some(SOFT),
@@ -91,7 +94,7 @@ impl Tissue {
         }
     }
 
-    /// Wavelengths in nm at which it is known.
+    /// Returns the range of wavelengths in nm at which the tissue is known.
     pub(crate) fn range(self) -> [f64; 2] {
         match self {
             Tissue::Mean { .. } => RANGE,
@@ -99,7 +102,7 @@ impl Tissue {
         }
     }
 
-    /// σ_s and σ_a in 1/mm at a wavelength within its range.
+    /// Returns σ_s and σ_a in 1/mm at a wavelength within the range.
     pub(crate) fn coefficients(self, nm: f64, content: Content) -> [f64; 2] {
         let [reduced, absorbed] = match self {
             Tissue::Mean {
@@ -118,7 +121,7 @@ impl Tissue {
 }
 
 impl Content {
-    /// σ_a in 1/mm.
+    /// Returns σ_a in 1/mm.
     fn absorption(self, nm: f64) -> f64 {
         let step = (RANGE[1] - RANGE[0]) / (HAEMOGLOBIN.len() - 1) as f64;
         let place = (nm - RANGE[0]) / step;
@@ -133,7 +136,8 @@ impl Content {
     }
 }
 
-/// The other columns of a table at a value of its first, which increases: linear between rows.
+/// Interpolates the other columns of a table linearly at a value `x` of the first column, which
+/// increases.
 fn between<const N: usize, const M: usize>(rows: &[[f64; N]], x: f64) -> [f64; M] {
     let next = rows
         .partition_point(|row| row[0] <= x)

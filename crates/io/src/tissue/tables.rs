@@ -1,6 +1,6 @@
 //! Absorption of blood and water by wavelength.
 
-/// The wavelengths of both tables, in nm.
+/// Range of wavelengths of both tables, in nm.
 pub(super) const RANGE: [f64; 2] = [400.0, 1000.0];
 
 /// Molar extinction (decadic) of oxygenated and of deoxygenated haemoglobin in 1/cm per mol/l, every 2 nm from 400 nm:

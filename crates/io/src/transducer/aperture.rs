@@ -1,60 +1,60 @@
-//! The surfaces of transducers, as points with areas (docs/theory.md#transducers).
+//! Surfaces of transducers, as points with areas (docs/theory.md#transducers).
 
 use super::TransducerError;
 use super::quadrature::{Density, gauss_legendre};
 use glam::DVec3;
 use std::f64::consts::TAU;
 
-/// The most points of a surface.
+/// Largest number of points of a surface.
 const MOST_POINTS: f64 = 1e6;
 
 /// A surface that moves along its normals.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SoundAperture {
-    /// Part of a sphere, whose apex is the origin and whose centre, the focus, lies on +z.
+    /// Part of a sphere. Its apex is the origin; its centre, the focus, lies on +z.
     Bowl {
         /// Radius of curvature.
         radius: f64,
-        /// Of the rim, at most twice the radius.
+        /// Diameter of the rim, at most twice the radius.
         diameter: f64,
     },
     /// A flat disc around the origin, a piston in a rigid wall.
     Disc {
-        /// Its diameter.
+        /// Diameter.
         diameter: f64,
     },
-    /// Elements, each a rectangle.
+    /// Rectangular elements.
     ElementArray(ElementArray),
 }
 
-/// Rectangles that oscillate with amplitudes and delays of their own.
+/// Rectangles that oscillate, each with its own amplitude and delay.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ElementArray {
-    /// Where they are.
+    /// Positions of the elements.
     pub layout: ArrayLayout,
     /// Number of elements.
     pub elements: usize,
-    /// Of an element, along x; on a ring, along it.
+    /// Width of an element: along x, or along the ring.
     pub width: f64,
-    /// Of an element, along y; on a ring, along z.
+    /// Height of an element: along y, or along z for a ring.
     pub height: f64,
-    /// Phases by which elements lag behind, in radians; empty if they do not.
+    /// Phase lags of the elements, in radians; empty if all are 0.
     pub lags: Vec<f64>,
-    /// Factors of the elements' amplitudes; empty if they are 1.
+    /// Factors of the elements' amplitudes; empty if all are 1.
     pub weights: Vec<f64>,
 }
 
-/// Where elements are.
+/// Arrangement of elements.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ArrayLayout {
-    /// Along x, with the origin in the middle, facing +z.
+    /// Line along x, centred at the origin and facing +z.
     Line {
-        /// From the middle of an element to that of the next.
+        /// Distance between the centres of neighbouring elements.
         pitch: f64,
     },
-    /// Around z, facing the origin; the first is on +x, the second towards +y.
+    /// Ring around z, facing the origin. The first element is on +x, the second towards +y.
     Ring {
-        /// From the origin to the middle of an element.
+        /// Distance from the origin to the centre of an element.
         radius: f64,
     },
 }
@@ -62,15 +62,15 @@ pub enum ArrayLayout {
 /// A point of a surface.
 pub(super) struct SurfacePoint {
     pub place: DVec3,
-    /// The area for which it stands.
+    /// Area that the point represents.
     pub area: f64,
-    /// Factor of its amplitude.
+    /// Factor of the amplitude.
     pub weight: f64,
-    /// Phase by which it lags behind.
+    /// Phase lag in radians.
     pub lag: f64,
 }
 
-/// A rectangle.
+/// A rectangular element.
 struct Element {
     middle: DVec3,
     /// Unit vectors along its sides.
@@ -79,7 +79,7 @@ struct Element {
 }
 
 impl SoundAperture {
-    /// Refuses sizes that cannot be.
+    /// Refuses sizes that are impossible.
     pub(super) fn check(&self) -> Result<(), TransducerError> {
         match *self {
             SoundAperture::Bowl { radius, diameter } => {
@@ -94,14 +94,14 @@ impl SoundAperture {
         }
     }
 
-    /// Points of the surface.
+    /// Returns points of the surface.
     pub(super) fn points(&self, density: &Density) -> Result<Vec<SurfacePoint>, TransducerError> {
         match *self {
             SoundAperture::Bowl { radius, diameter } => {
                 let widest = (0.5 * diameter / radius).min(1.0).asin();
                 rings(density, radius * widest, 0.5 * diameter, |arc| {
                     let (sin, cos) = (arc / radius).sin_cos();
-                    // 1 − cos, without cancellation.
+                    // Compute 1 − cos without cancellation.
                     [radius * sin, radius * sin * sin / (1.0 + cos)]
                 })
             }
@@ -114,7 +114,8 @@ impl SoundAperture {
     }
 }
 
-/// Points on rings around z, whose radius and height are functions of the arc from the axis, up to an arc and a radius.
+/// Returns points on rings around z. `ring` returns a ring's radius and height as functions of the
+/// arc from the axis. `arc` is the largest arc, `widest` the largest radius.
 fn rings(
     density: &Density,
     arc: f64,
@@ -142,11 +143,12 @@ fn rings(
 }
 
 impl ElementArray {
-    /// Lags by which the sound of all elements arrives at a point in phase; the last to be heard does not lag.
+    /// Sets the lags so that the sound of all elements arrives at `focus` in phase. The farthest
+    /// element has lag 0.
     ///
     /// # Errors
     ///
-    /// As for [`Transducer::amplitudes`](super::Transducer::amplitudes).
+    /// Returns the errors of [`Transducer::amplitudes`](super::Transducer::amplitudes).
     pub fn focused(self, focus: DVec3, wavelength: f64) -> Result<Self, TransducerError> {
         self.check()?;
         let distances: Vec<f64> = (0..self.elements)
@@ -183,7 +185,7 @@ impl ElementArray {
             }
             ArrayLayout::Ring { radius } => {
                 positive("the radius of the ring", radius)?;
-                // Flat elements side by side touch at their edges.
+                // Neighbouring flat elements touch at their edges.
                 2.0 * radius * (0.5 * TAU / elements as f64).min(0.24 * TAU).tan()
             }
         };
@@ -246,7 +248,7 @@ fn positive(what: &'static str, value: f64) -> Result<(), TransducerError> {
         .ok_or(TransducerError::Size { what, value })
 }
 
-/// Refuses more points than are held.
+/// Refuses more than [`MOST_POINTS`] points.
 fn bounded(points: f64) -> Result<(), TransducerError> {
     (points <= MOST_POINTS)
         .then_some(())

@@ -1,13 +1,15 @@
-//! Values on a grid from those at fewer places, by polynomials (docs/theory.md#transducers).
+//! Polynomial interpolation of values on a grid from values at fewer nodes
+//! (docs/theory.md#transducers).
 //!
-//! The sound has no more than e^{±ikx} along any line: some π Chebyshev nodes to a wavelength say all of it, a grid for splines has ten.
+//! Along any line, sound varies at most as fast as e^{±ikx}. About π Chebyshev nodes per wavelength
+//! represent it completely, whereas a grid for splines has ten points.
 
 use super::quadrature::Density;
 use super::{Places, TransducerError};
 use glam::DVec3;
 use std::f64::consts::PI;
 
-/// Nodes in the box of a grid, x running fastest.
+/// Nodes in the box of a grid; x runs fastest.
 pub(super) struct Chebyshev<'p> {
     places: &'p Places,
     axes: [Axis; 3],
@@ -16,15 +18,16 @@ pub(super) struct Chebyshev<'p> {
 /// Nodes along an axis, in steps of the grid.
 struct Axis {
     nodes: Vec<f64>,
-    /// What each counts for at the grid's places, a row for each place; none if nodes and places are the same.
+    /// Weights of the nodes at the grid's points, a row for each point; `None` if nodes and points
+    /// coincide.
     weights: Option<Vec<Vec<f64>>>,
 }
 
-/// The most weights of an axis.
+/// Largest number of weights of an axis.
 const MOST_WEIGHTS: f64 = 2e7;
 
 impl<'p> Chebyshev<'p> {
-    /// Nodes for sound that varies so fast.
+    /// Makes the nodes for sound that varies as fast as `density` states.
     pub(super) fn new(places: &'p Places, density: &Density) -> Result<Self, TransducerError> {
         let axis = |i: usize| {
             let size = places.size[i];
@@ -35,12 +38,12 @@ impl<'p> Chebyshev<'p> {
         Ok(Chebyshev { places, axes })
     }
 
-    /// Number of nodes.
+    /// Returns the number of nodes.
     pub(super) fn count(&self) -> usize {
         self.axes.iter().map(|axis| axis.nodes.len()).product()
     }
 
-    /// The place of a node.
+    /// Returns the position of a node.
     pub(super) fn at(&self, i: usize) -> DVec3 {
         let [x, y, z] = &self.axes;
         let (a, b) = (x.nodes.len(), y.nodes.len());
@@ -48,7 +51,7 @@ impl<'p> Chebyshev<'p> {
             .of([x.nodes[i % a], y.nodes[i / a % b], z.nodes[i / a / b]])
     }
 
-    /// Values at the places from those at the nodes.
+    /// Interpolates values at the grid's points from values at the nodes.
     pub(super) fn interpolate(&self, values: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
         let (mut values, mut inner) = (values, 1);
         for (axis, size) in self.axes.iter().zip(self.places.size) {
@@ -60,7 +63,8 @@ impl<'p> Chebyshev<'p> {
 }
 
 impl Axis {
-    /// For so many places, by polynomials of a degree; the places themselves if they are not more than it needs.
+    /// Makes the nodes for `size` points and polynomials of a degree. If this takes no fewer nodes
+    /// than points, the points are the nodes.
     fn new(size: usize, degree: f64) -> Result<Self, TransducerError> {
         let count = (degree + 1.0).min(size as f64);
         if count == size as f64 {
@@ -77,7 +81,7 @@ impl Axis {
         let angle = |j: usize| PI * (j as f64 + 0.5) / count as f64;
         let half = 0.5 * (size - 1) as f64;
         let nodes: Vec<f64> = (0..count).map(|j| half * (1.0 - angle(j).cos())).collect();
-        // The barycentric formula.
+        // Use the barycentric formula.
         let row = |i: usize| -> Vec<f64> {
             let away = |j: usize| i as f64 - nodes[j];
             if let Some(hit) = (0..count).find(|j| away(*j) == 0.0) {
@@ -96,7 +100,8 @@ impl Axis {
         Ok(Axis { nodes, weights })
     }
 
-    /// Values with places in place of nodes along an axis, of which neighbours are `inner` values apart.
+    /// Interpolates along an axis, from nodes to points. Neighbours along the axis are `inner`
+    /// values apart.
     fn interpolate(&self, values: Vec<[f64; 2]>, inner: usize) -> Vec<[f64; 2]> {
         let Some(weights) = &self.weights else {
             return values;

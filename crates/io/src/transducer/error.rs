@@ -1,8 +1,8 @@
-//! Why the sound of a transducer is not computed.
+//! Errors in computing the sound of a transducer.
 
 use eikonal::Shown;
 
-/// What is wrong with a transducer, or with where its sound is wanted.
+/// Error in a transducer, or in the box where its sound is computed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum TransducerError {
     /// A size that is not positive and finite.
@@ -10,7 +10,7 @@ pub enum TransducerError {
     Size {
         /// Name of the size.
         what: &'static str,
-        /// Its value.
+        /// Value of the size.
         value: f64,
     },
     /// A bowl that is more than half a sphere.
@@ -22,40 +22,40 @@ pub enum TransducerError {
     Bowl {
         /// Radius of curvature.
         radius: f64,
-        /// Of the aperture.
+        /// Diameter of the aperture.
         diameter: f64,
     },
     /// Elements that overlap.
     #[error("elements of width {} overlap: neighbours are {} apart", Shown(*width), Shown(*apart))]
     Overlap {
-        /// Of an element.
+        /// Width of an element.
         width: f64,
-        /// From the middle of an element to that of the next.
+        /// Distance between the centres of neighbouring elements.
         apart: f64,
     },
     /// No elements.
     #[error("an array has at least one element")]
     NoElements,
-    /// Delays or weights that do not fit the elements.
+    /// Numbers of delays or weights that differ from the number of elements.
     #[error("{found} {what} are given for {elements} elements")]
     Count {
-        /// What they are.
+        /// Name of the list: delays or weights.
         what: &'static str,
-        /// Their number.
+        /// Length of the list.
         found: usize,
         /// Number of elements.
         elements: usize,
     },
-    /// A place on the surface or next to it.
+    /// A point on the surface or next to it.
     #[error(
         "the box of the sound comes within {} of the transducer: keep half a wavelength away, {}",
         Shown::rounded(*distance),
         Shown::rounded(*least)
     )]
     TooNear {
-        /// Of the box from the surface.
+        /// Distance of the box from the surface.
         distance: f64,
-        /// That must be kept.
+        /// Least allowed distance.
         least: f64,
     },
     /// A surface that is too large for its wavelength.
@@ -68,17 +68,17 @@ pub enum TransducerError {
         "the box of the sound is too long for its wavelength: it has {samples} samples along an axis"
     )]
     LongBox {
-        /// Along the axis.
+        /// Number of samples along the axis.
         samples: usize,
     },
-    /// More work than half a minute.
+    /// More work than half a minute of a processor core.
     #[error(
         "too much work: the sound of {points} points of the transducer at {places} places; shrink the box of the sound, or the transducer"
     )]
     TooMuchWork {
-        /// Where it is computed.
+        /// Number of points where the sound is computed.
         places: usize,
-        /// Points of the surface.
+        /// Number of points of the surface.
         points: usize,
     },
 }

@@ -1,7 +1,8 @@
-//! The sound of transducers: complex amplitudes of the pressure by the Rayleigh integral (docs/theory.md#transducers).
+//! Sound of transducers: complex amplitudes of the pressure by the Rayleigh integral
+//! (docs/theory.md#transducers).
 //!
-//! A transducer has coordinates of its own: it sits at the origin (a ring around it) and a bowl, a disc or a line radiates towards +z.
-//! Lengths are in any unit.
+//! A transducer has its own coordinates. It lies at the origin (a ring lies around it), and a bowl,
+//! a disc or a line radiates towards +z. Lengths may be in any unit.
 
 mod aperture;
 mod chebyshev;
@@ -17,52 +18,55 @@ use glam::{DMat3, DVec3};
 use quadrature::Density;
 use rayleigh::Sources;
 
-/// How near to a transducer places may be, in wavelengths: the nearer, the more points the integral needs.
+/// Least distance of points from a transducer, in wavelengths. Shorter distances need more points
+/// for the integral.
 pub const NEAREST: f64 = 0.5;
-/// The most pairs of a place and a point of the surface: half a minute of one processor core.
+/// Largest number of pairs of a grid point and a surface point: half a minute on one processor
+/// core.
 const MOST_PAIRS: f64 = 1e10;
 
 /// A transducer that oscillates at one frequency.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Transducer {
-    /// Its surface.
+    /// Surface.
     pub aperture: SoundAperture,
-    /// Of the sound, positive.
+    /// Wavelength of the sound, positive.
     pub wavelength: f64,
-    /// ρcv in Pa: the pressure of a plane wave whose velocity v is that of the surface.
+    /// Pressure ρcv in Pa of a plane wave whose velocity v is the velocity of the surface.
     pub pressure: f64,
 }
 
-/// Places on a regular grid, in a transducer's coordinates.
+/// Points of a regular grid, in the coordinates of a transducer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Places {
-    /// Number of places along each step.
+    /// Number of points along each step.
     pub size: [usize; 3],
-    /// The first.
+    /// First point.
     pub first: DVec3,
-    /// From each to the next along the three axes of the grid, perpendicular to each other.
+    /// Steps between neighbouring points along the grid's three axes, perpendicular to each other.
     pub steps: [DVec3; 3],
 }
 
 impl Places {
-    /// Their number.
+    /// Returns the number of points.
     pub fn count(&self) -> usize {
         self.size.iter().product()
     }
 
-    /// The place with a number; the first index runs fastest.
+    /// Returns the point with index `i`; the first axis runs fastest.
     pub fn at(&self, i: usize) -> DVec3 {
         let [x, y, _] = self.size;
         self.of([i % x, i / x % y, i / x / y].map(|i| i as f64))
     }
 
-    /// The place that is so many steps from the first.
+    /// Returns the point at this number of steps from the first.
     fn of(&self, steps: [f64; 3]) -> DVec3 {
         let steps = self.steps.iter().zip(steps);
         steps.fold(self.first, |place, (step, many)| place + *step * many)
     }
 
-    /// The distance of a point from the box that they fill, whose edges, the steps, are perpendicular to each other.
+    /// Returns the distance of `point` from the box that the grid fills. Its edges, the steps, are
+    /// perpendicular to each other.
     fn distance(&self, point: DVec3) -> f64 {
         let [x, y, z] = self.steps;
         let edges = DMat3::from_cols(x, y, z);
@@ -74,13 +78,14 @@ impl Places {
 }
 
 impl Transducer {
-    /// Real and imaginary part of the complex amplitude P at places, in Pa: the pressure is Re(P e^{iωt}), and the velocity
-    /// of the surface v cos ωt, but for delays.
+    /// Returns real and imaginary part of the complex amplitude P at each point, in Pa. The
+    /// pressure is Re(P e^{iωt}). Without delays, the velocity of the surface is v cos ωt.
     ///
     /// # Errors
     ///
-    /// Sizes that are not positive, delays or weights of another number of elements, places nearer to the surface than
-    /// [`NEAREST`], and more work than half a minute of a processor core.
+    /// Returns an error for sizes that are not positive, for delays or weights that differ in
+    /// number from the elements, for points nearer to the surface than [`NEAREST`], and for more
+    /// work than half a minute of a processor core.
     pub fn amplitudes(&self, places: &Places) -> Result<Vec<[f64; 2]>, TransducerError> {
         let density = self.density(places)?;
         let sources = self.sources(&density)?;
@@ -96,11 +101,11 @@ impl Transducer {
         Ok(nodes.interpolate(values))
     }
 
-    /// The amplitude at one place, without a grid.
+    /// Returns the amplitude at one point, without a grid.
     ///
     /// # Errors
     ///
-    /// As for [`Transducer::amplitudes`].
+    /// Returns the errors of [`Transducer::amplitudes`].
     pub fn amplitude(&self, place: DVec3) -> Result<[f64; 2], TransducerError> {
         let density = self.density(&Places {
             size: [1; 3],
@@ -111,7 +116,7 @@ impl Transducer {
         Ok(sources.amplitudes(1, |_| place)[0])
     }
 
-    /// How fast the sound varies in a box of places.
+    /// Returns the density of points that the sound in a box needs.
     fn density(&self, places: &Places) -> Result<Density, TransducerError> {
         self.aperture.check()?;
         let least = NEAREST * self.wavelength;

@@ -1,34 +1,36 @@
-//! Points and weights of integrals over lengths and circles (docs/theory.md#transducers).
+//! Quadrature points and weights on lengths and circles (docs/theory.md#transducers).
 
 use std::f64::consts::{PI, TAU};
 
-/// What the integrand e^{−ikR}/R varies with.
+/// Scales on which the integrand e^{−ikR}/R varies.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Density {
-    /// Of the sound.
+    /// Wavelength of the sound.
     pub wavelength: f64,
-    /// The least distance R.
+    /// Smallest distance R.
     pub distance: f64,
 }
 
-/// Relative errors of integrals are some e^(−`DIGITS`).
+/// Accuracy of integrals: relative errors are about e^(−`DIGITS`).
 const DIGITS: f64 = 5.0;
 
 impl Density {
-    /// Number of Gauss–Legendre points along a length: half of the phase in radians between middle and end, and as many as the pole
-    /// at R = 0 wants, about which the ellipse of convergence passes.
+    /// Returns the number of Gauss–Legendre points along a length. It is half the phase in radians
+    /// between middle and end, plus the points for the pole at R = 0, which limits the ellipse of
+    /// convergence.
     pub(super) fn along(&self, length: f64) -> f64 {
         let phase = PI * length / self.wavelength;
         let pole = 0.5 * DIGITS / (2.0 * self.distance / length).asinh();
         (0.5 * phase + 1.6 * phase.cbrt() + pole + 1.0).ceil()
     }
 
-    /// Degree of polynomials that the sound is along a length.
+    /// Returns the degree of polynomials that represent the sound along a length.
     pub(super) fn degree(&self, length: f64) -> f64 {
         2.0 * self.along(length) - 1.0
     }
 
-    /// Number of points around a circle: the phase has as many harmonics as the circle has wavelengths; the pole lies R from it.
+    /// Returns the number of points around a circle. The phase has as many harmonics as the circle
+    /// has wavelengths, and the pole lies at distance R from the circle.
     pub(super) fn around(&self, radius: f64) -> f64 {
         let phase = TAU * radius / self.wavelength;
         let pole = DIGITS / (self.distance / radius).asinh();
@@ -36,7 +38,8 @@ impl Density {
     }
 }
 
-/// Places and weights of the Gauss–Legendre rule with n points on [0, length]: roots of Pₙ by Newton's method from Tricomi's guess.
+/// Returns points and weights of the Gauss–Legendre rule with n points on [0, length]. Newton's
+/// method finds the roots of Pₙ, starting from Tricomi's estimate.
 pub(super) fn gauss_legendre(n: usize, length: f64) -> impl Iterator<Item = [f64; 2]> {
     (1..=n).map(move |i| {
         let (n, i) = (n as f64, i as f64);
@@ -53,7 +56,7 @@ pub(super) fn gauss_legendre(n: usize, length: f64) -> impl Iterator<Item = [f64
     })
 }
 
-/// Pₙ(x) and Pₙ₋₁(x).
+/// Returns Pₙ(x) and Pₙ₋₁(x).
 fn legendre(n: usize, x: f64) -> [f64; 2] {
     (1..=n).fold([1.0, 0.0], |[p, below], k| {
         let k = k as f64;
@@ -65,7 +68,7 @@ fn legendre(n: usize, x: f64) -> [f64; 2] {
 mod tests {
     use super::*;
 
-    /// The rule with n points integrates x^(2n−1) exactly.
+    /// Checks that the rule with n points integrates x^(2n−1) exactly.
     #[test]
     fn polynomials_are_integrated_exactly() {
         for n in [1, 2, 5, 16, 101] {

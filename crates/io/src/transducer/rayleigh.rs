@@ -1,4 +1,5 @@
-//! Sums over the points of a surface: P = (i p₀/λ) ∫ e^{−ikR}/R dA (docs/theory.md#transducers).
+//! Rayleigh integral as a sum over surface points: P = (i p₀/λ) ∫ e^{−ikR}/R dA
+//! (docs/theory.md#transducers).
 
 use super::aperture::SurfacePoint;
 use fearless_simd::{Level, dispatch};
@@ -6,12 +7,12 @@ use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
-/// Places that are summed up side by side, by vector instructions.
+/// Number of points whose sums vector instructions compute in parallel.
 const BLOCK: usize = 8;
-/// Adding and taking away this number rounds to a whole one.
+/// Adding and then subtracting this number, 1.5 · 2⁵², rounds to a whole number.
 const ROUND: f64 = 6_755_399_441_055_744.0;
 
-/// Points of a surface, with lengths in wavelengths.
+/// Points of a surface, with positions in wavelengths.
 pub(super) struct Sources {
     points: Vec<Source>,
     wavelength: f64,
@@ -19,17 +20,17 @@ pub(super) struct Sources {
 
 struct Source {
     place: DVec3,
-    /// Factor of e^{−ikR}/R.
+    /// Complex factor of e^{−ikR}/R.
     strength: [f64; 2],
 }
 
 impl Sources {
-    /// The points of a surface, which a pressure ρcv of `pressure` drives.
+    /// Makes the sources for points of a surface with the pressure ρcv `pressure`.
     pub(super) fn new(points: &[SurfacePoint], wavelength: f64, pressure: f64) -> Self {
         let source = |p: &SurfacePoint| {
             let size = pressure * p.weight * p.area / (wavelength * wavelength);
             let (sin, cos) = p.lag.sin_cos();
-            // i e^{−i lag}.
+            // Multiply by i e^{−i lag}.
             Source {
                 place: p.place / wavelength,
                 strength: [size * sin, size * cos],
@@ -41,12 +42,13 @@ impl Sources {
         }
     }
 
-    /// Number of points.
+    /// Returns the number of points.
     pub(super) fn len(&self) -> usize {
         self.points.len()
     }
 
-    /// The amplitudes at places, of which there are so many; each sum has one order, whatever the number of threads.
+    /// Returns the amplitudes at `count` points. Each sum has a fixed order, whatever the number of
+    /// threads.
     pub(super) fn amplitudes(
         &self,
         count: usize,
@@ -56,11 +58,11 @@ impl Sources {
         let mut amplitudes = vec![[0.0; 2]; count];
         let blocks = amplitudes.par_chunks_mut(BLOCK).enumerate();
         blocks.for_each(|(block, amplitudes)| {
-            // Those beyond the last are evaluated there again.
+            // Fill the last block with copies of the last point.
             let places = std::array::from_fn(|i| {
                 place((block * BLOCK + i).min(count - 1)) / self.wavelength
             });
-            // Products and sums are rounded one by one: all processors give the same bits.
+            // Products and sums are rounded separately, so that all processors give equal bits.
             let sums = dispatch!(level, _simd => sums(&self.points, &places));
             amplitudes.copy_from_slice(&sums[..amplitudes.len()]);
         });
@@ -86,12 +88,13 @@ fn sums(points: &[Source], places: &[DVec3; BLOCK]) -> [[f64; 2]; BLOCK] {
     std::array::from_fn(|i| [re[i], im[i]])
 }
 
-/// cos 2πt and sin 2πt of a number of turns below 2⁵¹, to 2e-9: the same bits on all processors.
+/// Returns cos 2πt and sin 2πt for t below 2⁵¹ turns, with errors up to 2e-9 and equal bits on all
+/// processors.
 #[inline(always)]
 fn turn(t: f64) -> [f64; 2] {
     let half = PI * (t - ((t + ROUND) - ROUND));
     let q = half * half;
-    // Taylor series for up to π/2.
+    // Use the Taylor series up to π/2.
     let sin = half
         * (1.0
             + q * (-1.0 / 6.0
