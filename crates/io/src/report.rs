@@ -177,7 +177,7 @@ pub fn quantities(loaded: &Loaded, rendering: &Rendering) -> Option<Value> {
     })
 }
 
-/// Returns the energy balance: every share of the emitted power.
+/// Returns the energy balance: the destinations of the emitted power, as fractions.
 pub fn balance(b: &EnergyBalance) -> Value {
     let share = |share: Share| json!({"mean": share.mean, "standard_error": share.error});
     json!({

@@ -25,7 +25,7 @@ pub(super) fn write(path: &Path, arrays: &Arrays) -> Result<(), FileError> {
 
 /// Returns the header fields. They list axes from the fastest to the slowest.
 fn header(array: &Array, placement: Option<&ArrayPlacement>) -> String {
-    // NRRD requires an axis even for a single number.
+    // A single number gets one axis.
     let (shape, axes) = if array.shape.is_empty() {
         (vec![1], vec!["value".to_owned()])
     } else {

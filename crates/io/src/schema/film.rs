@@ -118,8 +118,7 @@ pub(super) const SAMPLERS: &[Plugin] = &[
     even("sobol"),
 ];
 
-/// Describes a sampler of Mitsuba with evenly spread samples, in place of which morgana uses
-/// `ldsampler`.
+/// Describes a sampler of Mitsuba with evenly spread samples, which morgana replaces by `ldsampler`.
 const fn even(name: &'static str) -> Plugin {
     plugin(
         name,
