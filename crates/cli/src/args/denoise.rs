@@ -1,4 +1,4 @@
-//! `morgana denoise`.
+//! Arguments of `morgana denoise`.
 
 use super::{MemoryArgs, ToneArgs};
 use clap::Args as ClapArgs;
@@ -18,17 +18,18 @@ pub struct DenoiseArgs {
         hide_default_value = true
     )]
     pub layer: String,
-    /// Layer of the image with the albedo of first surfaces; albedo by default, if there is one.
+    /// Layer with the albedo of first surfaces; by default the layer albedo, if it exists.
     #[arg(long, value_name = "NAME", conflicts_with = "no_guides")]
     pub albedo: Option<String>,
-    /// Layer of the image with the normals of first surfaces; sh_normal or geo_normal by default, if there is one and an albedo.
+    /// Layer with the normals of first surfaces; by default sh_normal or geo_normal, if it and an
+    /// albedo exist.
     #[arg(long, value_name = "NAME", conflicts_with = "no_guides")]
     pub normal: Option<String>,
     /// Use neither albedo nor normals.
     #[arg(long)]
     pub no_guides: bool,
-    /// The program oidnDenoise of Open Image Denoise; by default that of the environment variable MORGANA_OIDN, or else the one
-    /// on the PATH.
+    /// Program oidnDenoise of Open Image Denoise; by default the one in the environment variable
+    /// MORGANA_OIDN, or on the PATH.
     #[arg(long, value_name = "PROGRAM")]
     pub oidn: Option<PathBuf>,
     #[command(flatten)]
@@ -38,7 +39,7 @@ pub struct DenoiseArgs {
     /// File to write: .exr with the layers denoised and difference, or .png. May be repeated.
     #[arg(short, long, value_name = "FILE", required = true)]
     pub output: Vec<PathBuf>,
-    /// Print nothing but errors.
+    /// Print only errors.
     #[arg(short, long)]
     pub quiet: bool,
 }

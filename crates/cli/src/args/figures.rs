@@ -1,4 +1,4 @@
-//! `morgana plot`.
+//! Arguments of `morgana plot`.
 
 use super::MemoryArgs;
 use super::values::{bin, finite, pixel};
@@ -10,12 +10,12 @@ use std::path::PathBuf;
 pub struct PlotArgs {
     #[command(flatten)]
     pub memory: MemoryArgs,
-    /// What to draw.
+    /// Figure.
     #[command(subcommand)]
     pub figure: FigureArgs,
 }
 
-/// The figures.
+/// Figures.
 #[derive(Debug, Subcommand)]
 pub enum FigureArgs {
     /// Values along a row or a column of EXR images, with bands of one standard error.
@@ -70,14 +70,14 @@ pub enum FigureArgs {
         /// Channel; the mean over all by default.
         #[arg(long, value_name = "NAME")]
         channel: Option<String>,
-        /// Colours go by the logarithm.
+        /// Logarithmic colour scale.
         #[arg(long)]
         log: bool,
         /// File to write: .svg or .png.
         #[arg(short, long, value_name = "FILE")]
         output: PathBuf,
     },
-    /// Light over optical length or time, from EXR images with bins of them.
+    /// Light over optical length or time, from EXR images with bins.
     #[command(
         after_help = "Example:\n  morgana plot histogram transient.exr --pixel 20,30 -o time.png"
     )]
@@ -85,7 +85,7 @@ pub enum FigureArgs {
         /// Images (.exr).
         #[arg(required = true, value_name = "IMAGE")]
         images: Vec<PathBuf>,
-        /// One pixel, from 0,0 at the top left, instead of the mean over all.
+        /// Pixel, from 0,0 at the top left, instead of the mean over all.
         #[arg(long, value_name = "X,Y", value_parser = pixel)]
         pixel: Option<[usize; 2]>,
         /// Channel; the mean over all by default.
@@ -95,34 +95,34 @@ pub enum FigureArgs {
         #[arg(short, long, value_name = "FILE")]
         output: PathBuf,
     },
-    /// A section through what a fluence meter has read.
+    /// A section through readings of a fluence meter.
     #[command(after_help = "Example:\n  \
         morgana plot slice fluence.npz --axis z --at 0.5 --log -o slice.png")]
     Slice {
         /// Readings (.npz).
         #[arg(value_name = "READINGS")]
         readings: PathBuf,
-        /// Axis across the section: x, y or z of the meter.
+        /// Normal of the section: x, y or z of the meter.
         #[arg(long, value_name = "AXIS", default_value = "z", value_parser = ["x", "y", "z"])]
         axis: String,
-        /// Where on that axis.
+        /// Position on --axis.
         #[arg(long, value_name = "POSITION", allow_hyphen_values = true, value_parser = finite)]
         at: f64,
         /// Array, for example absorbed; the fluence by default.
         #[arg(long, value_name = "NAME")]
         array: Option<String>,
-        /// Bin of another axis, numbered from 0, such as order=1, delay=3, opl=0 or channel=2. Without it, gates are added up and
-        /// channels averaged; sidebands and correlations need it.
+        /// Bin of another axis, from 0, such as order=1, delay=3, opl=0 or channel=2. Without it,
+        /// gates are summed and channels averaged; sidebands and correlations require it.
         #[arg(long = "bin", value_name = "AXIS=N", value_parser = bin)]
         bins: Vec<(String, usize)>,
-        /// Colours go by the logarithm.
+        /// Logarithmic colour scale.
         #[arg(long)]
         log: bool,
         /// File to write: .svg or .png.
         #[arg(short, long, value_name = "FILE")]
         output: PathBuf,
     },
-    /// Errors against samples per pixel, from files of `render --stats`, a line for each integrator.
+    /// Errors over samples per pixel, from files of `render --stats`, with a line per integrator.
     #[command(after_help = "Example:\n  morgana plot convergence a.json b.json -o convergence.svg")]
     Convergence {
         /// Statistics (.json).

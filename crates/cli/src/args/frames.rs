@@ -1,14 +1,14 @@
-//! The frames of a sequence.
+//! Frame numbers of a sequence.
 
 use std::str::FromStr;
 
-/// Most frames of a sequence.
+/// Largest number of frames of a sequence.
 const MOST: u64 = 1_000_000;
 
-/// What stands for the number of the frame in names and values.
+/// Placeholder for the frame number in names and values.
 pub const PLACEHOLDER: &str = "{frame}";
 
-/// Numbers from the first to the last, in steps, as texts of at least so many digits.
+/// Frame numbers from `first` to `last` in steps of `step`, as texts of at least `digits` digits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Frames {
     first: u64,
@@ -18,7 +18,7 @@ pub struct Frames {
 }
 
 impl Frames {
-    /// The numbers as they stand in names.
+    /// Returns the frame numbers as texts for names.
     pub fn numbers(self) -> impl Iterator<Item = String> {
         let numbers = (self.first..=self.last).step_by(self.step as usize);
         numbers.map(move |number| format!("{number:0digits$}", digits = self.digits))

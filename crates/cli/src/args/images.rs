@@ -1,4 +1,4 @@
-//! `morgana compare` and `morgana tonemap`.
+//! Arguments of `morgana compare` and `morgana tonemap`.
 
 use super::MemoryArgs;
 use super::values::{block, curve, exposure, finite, not_negative};
@@ -7,15 +7,15 @@ use io::image::exposure::Exposure;
 use io::image::tone::Curve;
 use std::path::PathBuf;
 
-/// How bright images are on a screen.
+/// Brightness of images on a screen.
 #[derive(Clone, Copy, Debug, ClapArgs)]
 pub struct ToneArgs {
-    /// Brighten PNG files by this many stops, 0 for none; auto takes as many as the image needs, so that it is neither
-    /// black nor burnt out, and prints the number (docs/images.md).
+    /// Exposure of PNG files in stops, 0 for none; auto chooses it so that the image is neither
+    /// black nor overexposed, and prints it (docs/images.md).
     #[arg(long, value_name = "STOPS", default_value = "auto", allow_negative_numbers = true, value_parser = exposure)]
     pub exposure: Exposure,
-    /// What happens to bright values in PNG files: srgb cuts them off at 1, filmic compresses them up to 5.6 (the
-    /// curve of J. Hable, 2010), which darkens the others.
+    /// Tone curve of PNG files: srgb clips values at 1; filmic compresses values up to 5.6 (curve
+    /// of J. Hable, 2010), which darkens the others.
     #[arg(long, value_name = "CURVE", default_value = "srgb", value_parser = curve)]
     pub tone_map: Curve,
 }
@@ -49,7 +49,7 @@ pub struct CompareArgs {
     /// Image (.exr, .png or .npy).
     #[arg(value_name = "IMAGE")]
     pub image: PathBuf,
-    /// What it should look like (.exr, .png or .npy).
+    /// Reference image (.exr, .png or .npy).
     #[arg(value_name = "REFERENCE")]
     pub reference: PathBuf,
     /// Layer, for example bounce.1; the images themselves by default.
@@ -60,20 +60,20 @@ pub struct CompareArgs {
         hide_default_value = true
     )]
     pub layer: String,
-    /// Layer of the reference, if its name is another: '' for the image itself.
+    /// Layer of the reference, if its name differs; '' for the image itself.
     #[arg(long, value_name = "NAME")]
     pub reference_layer: Option<String>,
-    /// Brighten both images by this many stops before FLIP looks at them.
+    /// Exposure of both images for FLIP, in stops.
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true, value_parser = finite)]
     pub exposure: f64,
     /// Divide differences of means over blocks of N × N pixels by their standard errors.
     #[arg(long, value_name = "N", default_value = "1", value_parser = block)]
     pub block: usize,
-    /// Write a map of the differences that FLIP sees: .png or .exr.
+    /// Write a map of visible differences (FLIP): .png or .exr.
     #[arg(long = "image", value_name = "FILE")]
     pub map: Option<PathBuf>,
-    /// Write a map of differences by their standard errors, from blue (darker than the reference, -5) to red
-    /// (brighter, 5): .png, or .exr for the numbers. Both images need variances.
+    /// Write a map of differences over standard errors, from blue (darker than the reference, -5)
+    /// to red (brighter, 5): .png, or .exr for the numbers. Both images need variances.
     #[arg(long, value_name = "FILE")]
     pub zmap: Option<PathBuf>,
     /// Print JSON.
@@ -85,23 +85,23 @@ pub struct CompareArgs {
     pub limits: Limits,
 }
 
-/// What is accepted.
+/// Limits.
 #[derive(Clone, Copy, Debug, ClapArgs)]
 #[command(next_help_heading = "Limits")]
 pub struct Limits {
-    /// Largest root of the mean squared difference.
+    /// Largest root mean square difference.
     #[arg(long, value_name = "X", value_parser = not_negative)]
     pub max_rmse: Option<f64>,
-    /// Largest mean of squared relative differences.
+    /// Largest mean squared relative difference.
     #[arg(long, value_name = "X", value_parser = not_negative)]
     pub max_relative_mse: Option<f64>,
-    /// Smallest ratio of the reference's largest value to the error, in decibels.
+    /// Smallest ratio of the reference's maximum to the error, in decibels.
     #[arg(long, value_name = "DB", allow_negative_numbers = true, value_parser = finite)]
     pub min_psnr: Option<f64>,
-    /// Largest mean of FLIP, from 0 to 1.
+    /// Largest mean FLIP, from 0 to 1.
     #[arg(long, value_name = "X", value_parser = not_negative)]
     pub max_flip: Option<f64>,
-    /// Largest difference by its standard error. Both images need variances.
+    /// Largest ratio of difference to standard error. Both need variances.
     #[arg(long, value_name = "X", value_parser = not_negative)]
     pub max_z: Option<f64>,
 }

@@ -1,5 +1,5 @@
-//! The command line as it is written. Each value is checked on its own here; what depends on
-//! several values, on files or on the scene is checked in [`crate::config`].
+//! Command-line arguments. This module checks each value on its own. [`crate::config`] checks
+//! conditions on several values, on files or on the scene.
 
 mod denoise;
 mod figures;
@@ -38,12 +38,12 @@ pub use volumes::ConvertArgs;
         Each command has examples of its own: morgana trace --help."
 )]
 pub struct Args {
-    /// What to do.
+    /// Command.
     #[command(subcommand)]
     pub command: Command,
 }
 
-/// The commands.
+/// Commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Render a scene to images.
@@ -55,14 +55,14 @@ pub enum Command {
         Ctrl-C stops the render and writes what there is; the same seed always gives the same image, \
         whatever the number of threads, and however often it was interrupted and resumed (docs/clusters.md).")]
     Render(Box<RenderArgs>),
-    /// Put the parts of a render together.
+    /// Merge the parts of a render.
     #[command(after_help = "Example:\n  \
         morgana merge fog.0-of-2.part fog.1-of-2.part -o fog.exr -o fog.png\n\n\
         Parts come from morgana render --shard and --checkpoint. The result is that of a render in one piece, \
         bit for bit. With -o NAME.part, it is a part again. The scene is read from where it was rendered, or \
         from --scene; parts of other scenes, versions or settings are refused, and samples that two parts have.")]
     Merge(MergeArgs),
-    /// Tell which parts of a render are there, and which are missing.
+    /// List existing and missing parts of a render.
     #[command(after_help = "Examples:\n  \
         morgana status fog.0-of-2.part fog.1-of-2.part\n  \
         morgana status --missing fog.0-of-2.part\n\n\
@@ -72,7 +72,7 @@ pub enum Command {
     /// Describe a scene: media, emitters, certificates of unique connections, memory.
     #[command(after_help = "Example:\n  morgana info scenes/luneburg_fog.xml")]
     Info(InfoArgs),
-    /// Follow rays through a scene and write their paths as CSV, JSON or a plot.
+    /// Trace rays through a scene and write their paths as CSV, JSON or a plot.
     #[command(after_help = "Example:\n  \
         morgana trace scenes/luneburg_fog.xml --from=-3,0,0 --direction 1,0,0 \\\n    \
         --rays 15 --width 1.8 -o rays.svg\n\n\
@@ -115,13 +115,13 @@ pub enum Command {
         Exit status: 0 if no limit is exceeded, 1 if one is, 2 if the images cannot be compared. Numbers are of \
         linear values, over all pixels and channels (docs/images.md).")]
     Compare(CompareArgs),
-    /// Turn an image into a PNG file as a screen shows it.
+    /// Convert an image to a PNG file for a screen.
     #[command(after_help = "Examples:\n  \
         morgana tonemap fog.exr -o fog.png\n  \
         morgana tonemap fog.exr --exposure 1.5 --tone-map filmic -o fog.png\n\n\
         For false colours with a colour bar see morgana plot image.")]
     Tonemap(TonemapArgs),
-    /// Denoise an image with Open Image Denoise, into a file beside it.
+    /// Denoise an image with Open Image Denoise into another file.
     #[command(after_help = "Example:\n  \
         morgana denoise fog.exr -o fog_denoised.exr -o fog_denoised.png\n\n\
         Runs the program oidnDenoise, which must be installed (https://www.openimagedenoise.org). The layers albedo and sh_normal \
@@ -129,7 +129,7 @@ pub enum Command {
         is not known. The layer 'difference' of the EXR file is (denoised - estimate) / standard error, and tells where more \
         was changed than noise explains.")]
     Denoise(DenoiseArgs),
-    /// Convert a volume to another format, and say what is in it.
+    /// Convert a volume to another format and describe it.
     #[command(after_help = "Examples:\n  \
         morgana convert density.npy density.vti --axes xyz --spacing 0.1,0.1,0.2\n  \
         morgana convert kwave.h5 pressure.nrrd --dataset p_final --axes zyx --resample 64x64x32\n\n\
@@ -151,7 +151,7 @@ pub enum Command {
         of all parameters; with -o FILE.json, a dictionary. What only morgana has, such as the 'ior' of a medium, \
         stays, and is listed: Mitsuba refuses it. Names of data files are those seen from the new file.")]
     Export(ExportArgs),
-    /// Print the schema of scenes, by which editors complete and check them.
+    /// Print the schema of scenes for completion and checks in editors.
     #[command(after_help = "Examples:\n  \
         morgana schema > scene.schema.json\n  \
         morgana schema --format xsd > scene.xsd\n\n\
@@ -186,25 +186,25 @@ pub struct SceneArgs {
     /// Set a parameter that the scene declares; may be repeated.
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = define)]
     pub defines: Vec<(String, String)>,
-    /// Leave out the warnings of a check, by the name in their brackets; may be repeated.
+    /// Suppress the warnings of a check, by the name in brackets; may be repeated.
     #[arg(long, value_name = "CHECK", value_parser = io::diagnostic::lints::named)]
     pub silence: Vec<Lint>,
     #[command(flatten)]
     pub memory: MemoryArgs,
 }
 
-/// How much memory may be taken.
+/// Limit of memory.
 #[derive(Clone, Copy, Debug, ClapArgs)]
 pub struct MemoryArgs {
-    /// Memory that a data file may take once it is read, however small it is, and that the film or the meters may take, for
-    /// example 8G (K, M, G and T are powers of 1024). By default a file may take 2G, or ten times its size and 64M if that is
-    /// more, and the film and the meters what the system has.
+    /// Memory limit for each data file once it is read, and for the film or the meters, for example
+    /// 8G (K, M, G and T are powers of 1024). Defaults: for a file 2G, or ten times its size plus
+    /// 64M if that is more; for the film and the meters the system's memory.
     #[arg(long, value_name = "SIZE", value_parser = size)]
     pub memory: Option<u64>,
 }
 
 impl MemoryArgs {
-    /// As readers take it.
+    /// Returns the limits for readers.
     pub fn limits(self) -> io::Limits {
         io::Limits {
             memory: self.memory,
@@ -227,7 +227,7 @@ pub struct InfoArgs {
 pub struct CheckArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// Report what the scene uses: what Mitsuba 3 has as well, what is rendered otherwise, and what is missing.
+    /// Report the scene's features: shared with Mitsuba 3, rendered differently, and missing.
     #[arg(long)]
     pub mitsuba: bool,
 }
@@ -252,7 +252,7 @@ mod tests {
         Args::command().debug_assert();
     }
 
-    /// Commands as help shows them, joined where a line ends with a backslash.
+    /// Returns the commands in a help text, joined at lines that end with a backslash.
     fn examples(command: &clap::Command) -> Vec<String> {
         let help = command.get_after_help().map(ToString::to_string);
         let help = help.unwrap_or_default().replace("\\\n", " ");
@@ -267,7 +267,7 @@ mod tests {
         check_examples(&Args::command(), "morgana");
     }
 
-    /// Checks a command that is called by these words, and its subcommands.
+    /// Checks the examples of the command `called` and of its subcommands.
     fn check_examples(command: &clap::Command, called: &str) {
         let examples = examples(command);
         assert!(!examples.is_empty(), "{called}");

@@ -1,4 +1,4 @@
-//! `morgana merge`, `morgana status`, and how renders are kept and divided.
+//! Arguments of `morgana merge` and `morgana status`, and options for checkpoints and shards.
 
 use super::values::{duration, shard};
 use super::{MemoryArgs, OutputArgs};
@@ -7,22 +7,22 @@ use clap::Args as ClapArgs;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// How a render is kept in files, and divided among processes.
+/// Checkpoints and shards of a render.
 #[derive(Clone, Debug, ClapArgs)]
 pub struct KeepArgs {
-    /// Keep what was gathered in this file: from time to time, when the render is interrupted (Ctrl-C, SIGTERM, or a
-    /// terminal that is closed), and at its end.
+    /// Save the samples in this file: periodically, when the render is interrupted (Ctrl-C,
+    /// SIGTERM, or a closed terminal), and at its end.
     #[arg(long, value_name = "FILE")]
     pub checkpoint: Option<PathBuf>,
-    /// Time between writing the checkpoint, or the part of a shard.
+    /// Time between saves of the checkpoint or of a shard's part.
     #[arg(long, value_name = "DURATION", default_value = "1m", value_parser = duration)]
     pub checkpoint_every: Duration,
-    /// Continue from the checkpoint, or from the part of a shard, if it exists: the result is that of a render that was not
-    /// interrupted, bit for bit. More --spp than at first are fine.
+    /// Continue from the checkpoint, or from the shard's part, if it exists; the result equals an
+    /// uninterrupted render bit for bit. --spp may be larger than at first.
     #[arg(long)]
     pub resume: bool,
-    /// Take only part I, from 0 to N − 1, of N parts of the samples, and write a .part file for morgana merge. auto
-    /// takes I and N from the variables of Slurm and AWS Batch arrays, auto/N only I.
+    /// Render part I (0 to N − 1) of N parts of the samples, and write a .part file for morgana
+    /// merge. auto reads I and N from the variables of Slurm and AWS Batch arrays; auto/N only I.
     #[arg(long, value_name = "I/N", value_parser = shard, conflicts_with_all = ["checkpoint", "target_error"])]
     pub shard: Option<Shard>,
 }
@@ -35,10 +35,10 @@ pub struct MergeArgs {
     pub parts: Vec<PathBuf>,
     #[command(flatten)]
     pub outputs: OutputArgs,
-    /// Where the scene is now, if it has moved. It must be the same.
+    /// Scene file, if it has moved; its content must be equal.
     #[arg(long, value_name = "SCENE")]
     pub scene: Option<PathBuf>,
-    /// Write what there is even if samples are missing.
+    /// Write the result even if samples are missing.
     #[arg(long)]
     pub partial: bool,
     #[command(flatten)]
@@ -51,7 +51,7 @@ pub struct StatusArgs {
     /// Parts: shards of a render (.part), or checkpoints.
     #[arg(value_name = "PART", required = true)]
     pub parts: Vec<PathBuf>,
-    /// Print only the numbers of the shards that are missing or incomplete, as Slurm's --array takes them.
+    /// Print only the numbers of missing or incomplete shards, as Slurm's --array expects them.
     #[arg(long, conflicts_with = "json")]
     pub missing: bool,
     /// Print JSON.

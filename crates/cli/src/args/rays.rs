@@ -1,4 +1,4 @@
-//! `morgana trace` and `morgana connect`.
+//! Arguments of `morgana trace` and `morgana connect`.
 
 use super::SceneArgs;
 use super::values::{direction, not_negative, point, positive, rays, reflections};
@@ -11,7 +11,7 @@ use std::path::PathBuf;
 pub struct TraceArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// Where the rays start.
+    /// Start of the rays.
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point)]
     pub from: DVec3,
     /// Direction of the middle ray; any length.
@@ -23,20 +23,21 @@ pub struct TraceArgs {
     /// Angle of the fan of rays, in degrees.
     #[arg(long, value_name = "DEGREES", default_value_t = 0.0, value_parser = not_negative)]
     pub spread: f64,
-    /// Width over which the starts of the rays are spread, across their direction.
+    /// Width over which the rays start, across their direction.
     #[arg(long, value_name = "LENGTH", default_value_t = 0.0, value_parser = not_negative)]
     pub width: f64,
     /// Longest ray; ten times the size of the scene by default.
     #[arg(long, value_name = "LENGTH", value_parser = positive)]
     pub max_length: Option<f64>,
-    /// Index of the straight rays of which optical path differences are taken; by default the `reference_index` of the
-    /// scene's `aov`, which may vary, or else that of the surroundings.
+    /// Index of the straight reference rays of optical path differences; by default the
+    /// `reference_index` of the scene's `aov`, which may vary, or the index of the surroundings.
     #[arg(long, value_name = "N", value_parser = positive)]
     pub reference_index: Option<f64>,
-    /// Wavelength in vacuum, in scene units: optical path differences are given in waves, too.
+    /// Wavelength in vacuum, in scene units, to give optical path differences in waves, too.
     #[arg(long, value_name = "LENGTH", value_parser = positive)]
     pub wavelength: Option<f64>,
-    /// Draw the rays over this picture of the scene (.png), where its camera sees them; needs -o FILE.svg.
+    /// Draw the rays over this picture (.png) of the scene, as its camera sees them; needs -o
+    /// FILE.svg.
     #[arg(long, value_name = "PICTURE", requires = "output")]
     pub overlay: Option<PathBuf>,
     /// File to write; its extension chooses the format: .csv or .json, .svg for a plot, .obj, .ply or .vtk for
@@ -50,16 +51,16 @@ pub struct TraceArgs {
 pub struct ConnectArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// Where the ray starts.
+    /// Start of the ray.
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point)]
     pub from: DVec3,
-    /// Where the ray ends.
+    /// End of the ray.
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point)]
     pub to: DVec3,
     /// Find every branch by a dense search, not only the primary one.
     #[arg(long)]
     pub all: bool,
-    /// Follow up to this many reflections at smooth dielectrics, where refraction is possible.
+    /// Allow up to this many reflections at smooth dielectrics, where refraction is possible.
     #[arg(long, value_name = "K", default_value_t = 0, requires = "all", value_parser = reflections)]
     pub reflections: u32,
 }

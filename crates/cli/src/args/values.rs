@@ -1,4 +1,4 @@
-//! Values of options.
+//! Parsers for the values of options.
 
 use glam::DVec3;
 use io::element::Element;
@@ -18,7 +18,7 @@ pub fn define(text: &str) -> Result<(String, String), String> {
     }
 }
 
-/// A bin of an axis.
+/// Parses a bin of an axis.
 pub fn bin(text: &str) -> Result<(String, usize), String> {
     let (axis, number) = text.split_once('=').unwrap_or_default();
     let number = number.parse().ok().filter(|_| !axis.is_empty());
@@ -26,7 +26,7 @@ pub fn bin(text: &str) -> Result<(String, usize), String> {
     Ok((axis.to_owned(), number))
 }
 
-/// A scene file to write.
+/// Parses the name of a scene file to write.
 pub fn scene_file(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
     let extension = path.extension().and_then(|e| e.to_str());
@@ -37,9 +37,9 @@ pub fn scene_file(text: &str) -> Result<PathBuf, String> {
         .ok_or_else(|| "expected the name of a .xml or .json file".into())
 }
 
-/// Rays are all kept until they are written.
+/// Largest number of rays. All rays are held in memory until they are written.
 const MOST_RAYS: u64 = 1_000_000;
-/// Beyond the largest machines.
+/// Largest number of threads, beyond the largest machines.
 const MOST_THREADS: u64 = 4096;
 
 pub fn measure(text: &str) -> Result<Measure, String> {
@@ -101,7 +101,7 @@ pub fn threads(text: &str) -> Result<usize, String> {
     bounded(text, MOST_THREADS)
 }
 
-/// Every reflection multiplies the ways that are followed.
+/// Largest number of reflections. Each reflection multiplies the number of paths to trace.
 const MOST_REFLECTIONS: u32 = 8;
 
 pub fn reflections(text: &str) -> Result<u32, String> {
@@ -158,7 +158,8 @@ pub fn direction(text: &str) -> Result<DVec3, String> {
     point(text)?.try_normalize().ok_or_else(zero)
 }
 
-/// Hours, minutes and seconds in this order: `1h30m`, `2m`, `1.5s`; a number alone is seconds.
+/// Parses hours, minutes and seconds in this order: `1h30m`, `2m`, `1.5s`. A plain number is
+/// seconds.
 pub fn duration(text: &str) -> Result<Duration, String> {
     let message = || "expected a time above zero such as 30s, 2m or 1h30m".to_owned();
     let (mut rest, mut seconds) = (text.trim(), 0.0);
@@ -177,7 +178,7 @@ pub fn duration(text: &str) -> Result<Duration, String> {
     }
 }
 
-/// A number of bytes: `8G`, `512M`, `1.5GiB`, `4e9`.
+/// Parses a number of bytes: `8G`, `512M`, `1.5GiB`, `4e9`.
 pub fn size(text: &str) -> Result<u64, String> {
     let message = || "expected a size above zero such as 512M or 8G".to_owned();
     let plain = text.trim().trim_end_matches("iB").trim_end_matches('B');
@@ -195,7 +196,7 @@ pub fn size(text: &str) -> Result<u64, String> {
     }
 }
 
-/// Three lengths above zero.
+/// Parses three lengths above zero.
 pub fn spacing(text: &str) -> Result<DVec3, String> {
     let message = || "expected three numbers above zero".to_owned();
     let spacing = point(text)?;
@@ -204,7 +205,7 @@ pub fn spacing(text: &str) -> Result<DVec3, String> {
         .ok_or_else(message)
 }
 
-/// Three counts, such as 64x64x32.
+/// Parses three counts, such as 64x64x32.
 pub fn grid(text: &str) -> Result<[usize; 3], String> {
     let numbers: Option<Vec<usize>> = text.split('x').map(|n| n.trim().parse().ok()).collect();
     let numbers = numbers.and_then(|n| n.try_into().ok());
@@ -212,7 +213,7 @@ pub fn grid(text: &str) -> Result<[usize; 3], String> {
     numbers.ok_or_else(|| "expected three whole numbers above zero, such as 64x64x32".into())
 }
 
-/// A type of numbers.
+/// Parses a type of numbers.
 pub fn element(text: &str) -> Result<Element, String> {
     let names = Element::ALL.map(Element::name);
     Element::of_name(text).ok_or_else(|| format!("expected one of: {}", names.join(", ")))

@@ -1,4 +1,4 @@
-//! `morgana view`.
+//! Arguments of `morgana view`.
 
 use super::MemoryArgs;
 use super::values::define;
@@ -16,11 +16,11 @@ pub struct ViewArgs {
     /// Set a parameter that the scene declares; may be repeated.
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = define)]
     pub defines: Vec<(String, String)>,
-    /// Port to listen at; 0 for any that is free.
+    /// Port to listen on; 0 for any free port.
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub port: u16,
-    /// Address to listen at. Beyond loopback addresses, everybody who can reach this machine and knows the token of the
-    /// page's address sees the files; what is sent is not encrypted.
+    /// Address to listen on. Except for loopback, anyone who can reach this machine and knows the
+    /// token in the page's address can see the files; connections are not encrypted.
     #[arg(long, value_name = "IP", default_value_t = Ipv4Addr::LOCALHOST.into())]
     pub listen: IpAddr,
     #[command(flatten)]
