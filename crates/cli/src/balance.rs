@@ -1,9 +1,10 @@
-//! Where the light went, as text.
+//! Energy balance as text.
 
 use crate::numbers;
 use transport::render::{EnergyBalance, Share};
 
-/// Emitted = absorbed + escaped + ..., with what is left over. What is zero for certain is left out.
+/// Formats the balance as emitted = absorbed + escaped + ..., with the rest as left over. Entries
+/// that are certainly zero are left out.
 pub fn text(b: &EnergyBalance) -> String {
     let entries = [
         ("absorbed by media", b.media),

@@ -1,29 +1,30 @@
-//! What can go wrong, and how the user learns of it.
+//! Failures of commands, and their messages to the user.
 
 use io::diagnostic::Style;
 use io::{Diagnostics, Refusal};
 use std::io::{ErrorKind, IsTerminal, Write};
 use std::process::ExitCode;
 
-/// Why a command did not succeed.
+/// Reason why a command failed.
 #[derive(Debug)]
 pub enum CommandError {
-    /// The command line asks for something that cannot be done.
+    /// The command line requests something impossible.
     Usage(String),
     /// The scene cannot be used.
     Scene(Diagnostics),
-    /// Something went wrong on the way.
+    /// A failure during the run.
     Runtime(String),
-    /// The user has ended the program before it had anything to write, and was told so; its exit status.
+    /// Exit status after the user ended the program before it had anything to write. A message has
+    /// said so.
     Interrupted(ExitCode),
-    /// Whoever read the output has stopped reading: nothing to complain about.
+    /// The reader of the output has stopped reading. This is no error.
     ReaderGone,
-    /// A bug in this program; the panic hook has already said so.
+    /// A bug in this program. The panic hook has already reported it.
     Internal,
 }
 
 impl CommandError {
-    /// Tells the user, and returns the exit status.
+    /// Reports the failure to the user, and returns the exit status.
     pub fn report(self) -> ExitCode {
         match self {
             CommandError::Usage(message) => {
@@ -57,7 +58,7 @@ impl From<Refusal> for CommandError {
     }
 }
 
-/// A failure to write to the standard output.
+/// Converts a failure to write to the standard output.
 impl From<std::io::Error> for CommandError {
     fn from(error: std::io::Error) -> Self {
         match error.kind() {
@@ -88,16 +89,16 @@ pub fn warn(message: &str) {
     show(&diagnostics);
 }
 
-/// Shows messages on the standard error, with colours if that is a terminal.
+/// Shows messages on the standard error, with colours if it is a terminal.
 pub fn show(diagnostics: &Diagnostics) {
     let mut stderr = std::io::stderr();
     let text = diagnostics.render(Style::detect(stderr.is_terminal()));
-    // If not even this can be written, there is nobody to tell.
+    // If this write fails, there is no other place for the message.
     let _ = stderr.write_all(text.as_bytes());
 }
 
-/// A panic is a bug in this program: says so in one line instead of the runtime's own message,
-/// which is shown if the usual variable asks for backtraces.
+/// Installs a panic hook that reports a bug in this program in one line. If RUST_BACKTRACE is set,
+/// the hook shows the runtime's own message, too.
 pub fn hide_panics() {
     let default = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {

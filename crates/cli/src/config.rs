@@ -1,4 +1,4 @@
-//! What a command was asked to do, checked as far as possible before any work is done.
+//! Checks of a command's options, as far as possible before any work is done.
 
 use crate::args::{OutputArgs, TraceArgs};
 use crate::command_error::CommandError;
@@ -9,18 +9,18 @@ use io::{Problem, atomic};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// A format of images.
+/// File format of images.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ImageFormat {
     /// OpenEXR: all layers and attributes.
     Exr,
-    /// PNG: what a screen shows.
+    /// PNG: the image for a screen.
     Png,
     /// NumPy: the mean only.
     Npy,
 }
 
-/// A format of maps of differences.
+/// File format of difference maps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MapFormat {
     /// Numbers.
@@ -29,12 +29,12 @@ pub enum MapFormat {
     Png,
 }
 
-/// A format of rays.
+/// File format of rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RayFormat {
-    /// One line per point.
+    /// A line per point.
     Csv,
-    /// One object per ray.
+    /// An object per ray.
     Json,
     /// A plot.
     Svg,
@@ -46,7 +46,7 @@ pub enum RayFormat {
     Vtk,
 }
 
-/// The first can hold any number of layers.
+/// Image formats by extension. The first can hold any number of layers.
 const IMAGE_FORMATS: [(&str, ImageFormat); 3] = [
     ("exr", ImageFormat::Exr),
     ("png", ImageFormat::Png),
@@ -62,8 +62,9 @@ const RAY_FORMATS: [(&str, RayFormat); 6] = [
     ("vtk", RayFormat::Vtk),
 ];
 
-/// The images that a render writes: those asked for, or else an EXR and a PNG file named after the
-/// scene in the current folder. All of them can be written as far as can be told now.
+/// Returns the images that a render writes: the requested files, or by default an EXR and a PNG
+/// file named after the scene in the current folder. Checks that they can be written, as far as
+/// possible in advance.
 pub fn images(
     args: &OutputArgs,
     scene: &Path,
@@ -79,8 +80,8 @@ pub fn images(
     Ok(images)
 }
 
-/// The files of readings that a measurement writes: those asked for, or else an NPZ file named after
-/// the scene. Formats of one array cannot hold the readings of several meters.
+/// Returns the files of readings that a measurement writes: the requested files, or by default an
+/// NPZ file named after the scene. Refuses formats of one array for several meters.
 pub fn readings(
     args: &OutputArgs,
     scene: &Path,
@@ -99,7 +100,7 @@ pub fn readings(
     Ok(files)
 }
 
-/// The files asked for with their formats, or else those named after the scene.
+/// Returns the requested files with their formats, or by default files named after the scene.
 fn outputs<F: Copy>(
     args: &OutputArgs,
     scene: &Path,
@@ -120,7 +121,7 @@ fn outputs<F: Copy>(
     paths.into_iter().map(format).collect()
 }
 
-/// The file for rays, if not the standard output, and its format.
+/// Returns the file for rays, if it is not the standard output, and its format.
 pub fn rays(args: &TraceArgs) -> Result<(Option<PathBuf>, RayFormat), CommandError> {
     match &args.output {
         None => Ok((None, RayFormat::Csv)),
@@ -136,7 +137,7 @@ pub fn rays(args: &TraceArgs) -> Result<(Option<PathBuf>, RayFormat), CommandErr
     }
 }
 
-/// The format of a map of differences, if one is wanted.
+/// Returns the format of a difference map, if one is requested.
 pub fn map(path: Option<&Path>) -> Result<Option<MapFormat>, CommandError> {
     path.map(|path| {
         check_writable(path)?;
@@ -145,7 +146,7 @@ pub fn map(path: Option<&Path>) -> Result<Option<MapFormat>, CommandError> {
     .transpose()
 }
 
-/// The files for a denoised image.
+/// Returns the files for a denoised image, with their formats.
 pub fn denoised(outputs: &[PathBuf]) -> Result<Vec<(PathBuf, ImageFormat)>, CommandError> {
     let format = |path: &PathBuf| {
         let format = by_extension(path, &IMAGE_FORMATS[..2])?;
@@ -155,7 +156,7 @@ pub fn denoised(outputs: &[PathBuf]) -> Result<Vec<(PathBuf, ImageFormat)>, Comm
     outputs.iter().map(format).collect()
 }
 
-/// Refuses anything but a PNG file that can be written.
+/// Refuses anything except a PNG file that can be written.
 pub fn picture(path: &Path) -> Result<(), CommandError> {
     by_extension(path, &[("png", ())])?;
     check_writable(path)
@@ -179,8 +180,8 @@ fn by_extension<F: Copy>(path: &Path, formats: &[(&str, F)]) -> Result<F, Comman
     })
 }
 
-/// Finds out by trying whether a file can be put in place of `path`: hours of rendering should not
-/// end with the news that it cannot.
+/// Tests by a trial that a file can replace `path`, so that hours of rendering do not end with a
+/// failure to write.
 pub fn check_writable(path: &Path) -> Result<(), CommandError> {
     let fail = |why: String| CommandError::Usage(format!("cannot write '{}': {why}", shown(path)));
     if fs::metadata(path).is_ok_and(|m| !m.is_file()) {

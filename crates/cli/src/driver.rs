@@ -1,4 +1,4 @@
-//! The passes of a run: the program shows how far it has got, and ends it in time or when it is asked to.
+//! Passes of a run, with a progress bar, a time limit and interruption by the user.
 
 use crate::interrupt::Interrupt;
 use crate::progress::{self, ProgressGoal};
@@ -9,7 +9,7 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 use transport::render::{GRACE, Handle};
 
-/// Limit of the time that a render may take, its scene's loading included.
+/// Time limit of a render, including the time to load its scene.
 #[derive(Clone, Copy, Debug)]
 pub struct TimeLimit {
     time: Option<Duration>,
@@ -17,7 +17,7 @@ pub struct TimeLimit {
 }
 
 impl TimeLimit {
-    /// Starts now; without a `time` there is no limit.
+    /// Starts the time; without `time` there is no limit.
     pub fn start(time: Option<Duration>) -> Self {
         TimeLimit {
             time,
@@ -25,13 +25,14 @@ impl TimeLimit {
         }
     }
 
-    /// Returns what is left of the time.
+    /// Returns the remaining time.
     pub fn left(&self) -> Option<Duration> {
         let elapsed = self.started.elapsed();
         self.time.map(|time| time.saturating_sub(elapsed))
     }
 
-    /// Returns the limit if it was exceeded by the time in which a pass under way may be completed.
+    /// Returns the limit if it is exceeded by more than `GRACE`, in which a pass in progress may
+    /// finish.
     pub fn exceeded(&self) -> Option<Duration> {
         let elapsed = self.started.elapsed();
         self.time
@@ -39,19 +40,19 @@ impl TimeLimit {
     }
 }
 
-/// What drives a run.
+/// Environment in which a run is driven.
 #[derive(Debug)]
 pub struct Driver<'a> {
     /// Threads to run on.
     pub pool: &'a ThreadPool,
-    /// Whether the user has asked to stop.
+    /// Request to stop by the user.
     pub interrupt: &'a Interrupt,
-    /// Whether nothing is shown.
+    /// True if no progress is shown.
     pub quiet: bool,
 }
 
 impl Driver<'_> {
-    /// Chooses the integrator of a run, if that is left open, unless the user has asked to stop.
+    /// Chooses the integrator of a run, if the choice is open, unless the user has asked to stop.
     pub fn choose(&self, run: &mut Run) -> ControlFlow<()> {
         let goal = ProgressGoal {
             samples_per_spp: 1,
@@ -71,7 +72,8 @@ impl Driver<'_> {
         ControlFlow::Continue(())
     }
 
-    /// Does `work`, which asks the clock after each pass whether to go on. Returns what it gives, and why it ended early.
+    /// Does `work`, which asks the clock after each pass if it should continue. Returns the result,
+    /// and the reason why `work` ended early.
     pub fn drive<T: Send>(
         &self,
         goal: ProgressGoal,

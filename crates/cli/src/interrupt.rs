@@ -1,4 +1,4 @@
-//! Ctrl-C, and the signals by which batch systems ask processes to end, and terminals that are closed.
+//! Handling of Ctrl-C, of signals by which batch systems end processes, and of closed terminals.
 
 use crate::command_error::CommandError;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
@@ -7,19 +7,20 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-/// What a process that a signal has ended adds to the signal's number to give its exit status.
+/// Difference between the exit status of a process that a signal ended and the signal's number.
 const STATUS: u8 = 128;
 
-/// Lets a write beyond a limit on the size of files fail, with a message, where the signal would end the program without one. (A
-/// pipe that nobody reads is an error to begin with: Rust's runtime ignores its signal.)
+/// Turns SIGXFSZ into an error: a write beyond the limit on file sizes then fails with a message.
+/// By default the signal ends the program without a message. (Rust's runtime ignores SIGPIPE, so a
+/// closed pipe is an error already.)
 pub fn survive_size_limits() -> Result<(), CommandError> {
     let failed = |e| CommandError::Runtime(format!("cannot listen for signals: {e}"));
-    // Nobody asks whether it has come: the error says so.
+    // The flag is never read: the write's error reports the limit.
     flag::register(SIGXFSZ, Arc::default()).map_err(failed)?;
     Ok(())
 }
 
-/// Whether somebody has asked to stop.
+/// Record of requests to stop.
 #[derive(Clone, Debug, Default)]
 pub struct Interrupt {
     asked: Arc<AtomicBool>,
@@ -27,7 +28,7 @@ pub struct Interrupt {
 }
 
 impl Interrupt {
-    /// Listens from now on. A second signal ends the program at once.
+    /// Starts listening for signals. A second signal ends the program at once.
     pub fn watch() -> Result<Self, CommandError> {
         let interrupt = Interrupt::default();
         let listen = |signal| {
@@ -47,22 +48,23 @@ impl Interrupt {
         Ok(interrupt)
     }
 
-    /// Whether to stop.
+    /// Returns true if a stop was requested.
     pub fn asked(&self) -> bool {
         self.asked.load(Ordering::Relaxed)
     }
 
-    /// Asks to stop, as a signal does.
+    /// Requests a stop, like a signal.
     pub fn ask(&self) {
         self.asked.store(true, Ordering::Relaxed);
     }
 
-    /// Whether a signal has come.
+    /// Returns true if a signal has arrived.
     pub fn is_signalled(&self) -> bool {
         self.signal.load(Ordering::Relaxed) != 0
     }
 
-    /// Exit status of a program that has stopped because it was asked to: success, if not by a signal.
+    /// Returns the exit status of a program that stopped on request: success unless a signal caused
+    /// the stop.
     pub fn status(&self) -> ExitCode {
         match self.signal.load(Ordering::Relaxed) {
             0 => ExitCode::SUCCESS,
@@ -71,8 +73,9 @@ impl Interrupt {
     }
 }
 
-/// Whether the process was started with a signal ignored, as by `nohup`. Only Linux tells; elsewhere the answer is yes, so that nobody
-/// listens to the signal, and the system does with it what it does by default.
+/// Returns true if the process was started with a signal ignored, as by `nohup`. Only Linux reports
+/// this. Elsewhere this returns true, so that the program does not listen and the system's default
+/// action applies.
 fn is_ignored(signal: i32) -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));

@@ -1,4 +1,4 @@
-//! What is to be computed. How it is shown, where it is written and how fast it goes are other matters.
+//! Definition of a computation, without its display, output files and speed.
 
 use crate::args::RenderArgs;
 use crate::command_error::CommandError;
@@ -12,10 +12,10 @@ use std::path::PathBuf;
 use transport::render::{Measure, Target};
 use transport::scene::Lint;
 
-/// A scene and the options of the command line that decide what is computed.
+/// A scene, and the command-line options that determine the computation.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Job {
-    /// The scene file.
+    /// Scene file.
     pub scene: PathBuf,
     /// Parameters of the scene.
     pub defines: Vec<(String, String)>,
@@ -25,7 +25,7 @@ pub struct Job {
     pub spp: Option<u64>,
     /// Sampler instead of the scene's.
     pub sampler: Option<String>,
-    /// Whether noisy pixels get more samples, whatever the scene says.
+    /// True if noisy pixels get more samples, whatever the scene specifies.
     pub adaptive: bool,
     /// Particles instead of the scene's number.
     pub particles: Option<u64>,
@@ -33,17 +33,17 @@ pub struct Job {
     pub seed: u64,
     /// Error at which to stop.
     pub target_error: Option<f64>,
-    /// What it is the error of.
+    /// Error measure of `target_error`.
     pub target: Option<Measure>,
-    /// Whether strategies are told apart.
+    /// True if strategies are separated.
     pub strategies: bool,
-    /// Checks of the scene that do not warn; they change no result.
+    /// Checks of the scene whose warnings are suppressed. They do not change results.
     #[serde(skip)]
     pub silenced: Vec<Lint>,
 }
 
 impl Job {
-    /// What a command line asks for.
+    /// Makes the job that a command line specifies.
     pub fn of(args: &RenderArgs) -> Self {
         Job {
             scene: args.scene.path.clone(),
@@ -61,18 +61,19 @@ impl Job {
         }
     }
 
-    /// What a part of a render is part of.
+    /// Returns the job that a part of a render belongs to.
     pub fn of_part(header: &Header) -> Result<Self, CommandError> {
         let foreign = "the parts were not made by morgana render: merge them where they were made";
         serde_json::from_str(&header.origin).map_err(|_| CommandError::Usage(foreign.into()))
     }
 
-    /// Reads the scene, with files that may take so much memory.
+    /// Loads the scene within memory limits.
     pub fn load(&self, limits: Limits) -> Result<Loaded, CommandError> {
         load::load(&self.scene, &self.options(limits))
     }
 
-    /// Reads the scene as [`Job::load`] does, until the user interrupts the program or its time is over.
+    /// Loads the scene like [`Job::load`], until the user interrupts the program or the time is
+    /// over.
     pub fn load_in_time(
         &self,
         limits: Limits,
@@ -95,7 +96,7 @@ impl Job {
         }
     }
 
-    /// What it computes of a scene: all of it, unless the caller says otherwise.
+    /// Makes the run of this job: the whole, unless the caller changes it.
     pub fn run<'a>(&self, loaded: &'a Loaded) -> Run<'a> {
         Run {
             seed: self.seed,
@@ -108,19 +109,19 @@ impl Job {
         }
     }
 
-    /// What is stored with parts of a run of it.
+    /// Returns the header to store with parts of the run.
     pub fn header(&self, run: &Run) -> Header {
         let mut origin = self.clone();
-        // Parts are merged in other folders, too.
+        // Parts may be merged in other folders: store the absolute path.
         origin.scene = std::path::absolute(&self.scene).unwrap_or(origin.scene);
         Header {
-            // Paths that are not Unicode cannot be told.
+            // Paths that are not Unicode cannot be stored.
             origin: serde_json::to_string(&origin).unwrap_or_default(),
             ..run.header()
         }
     }
 
-    /// The options that decide what is computed, as they are given on a command line.
+    /// Returns the options that determine the computation, as on a command line.
     pub fn command_line(&self) -> String {
         let mut options = vec![format!("--seed {}", self.seed)];
         options.extend(self.spp.map(|n| format!("--spp {n}")));

@@ -1,4 +1,4 @@
-//! Keeping what a render has gathered in a file, from time to time and at its end.
+//! Saving a render's samples to a file, periodically and at its end.
 
 use crate::args::KeepArgs;
 use crate::command_error::{CommandError, warn};
@@ -21,13 +21,13 @@ pub struct Keeper {
     before: f64,
     started: Instant,
     last: Instant,
-    /// Whether the user knows that it cannot be written.
+    /// True if the user knows that the file cannot be written.
     complained: bool,
-    /// Keeps other processes away.
+    /// Lock against other processes.
     _lock: Option<Lock>,
 }
 
-/// Where a part of a render is kept, if it is: the checkpoint, or the part itself.
+/// Returns the file for the samples, if any: the checkpoint, or the part of a shard.
 pub fn path(
     args: &KeepArgs,
     outputs: &[PathBuf],
@@ -50,7 +50,7 @@ pub fn path(
     }
 }
 
-/// A file that is to be kept up to date, and what is in it already.
+/// A file to keep up to date, with its existing contents.
 #[derive(Debug)]
 pub struct Kept {
     path: PathBuf,
@@ -61,8 +61,8 @@ pub struct Kept {
 }
 
 impl Kept {
-    /// Finds out what is at `path`, and that it can be replaced. Something that is there already must be resumed, so that
-    /// nothing is lost.
+    /// Opens the file at `path`, and checks that it can be replaced. An existing file must be
+    /// resumed, so that nothing is lost.
     pub fn open(path: PathBuf, args: &KeepArgs) -> Result<Self, CommandError> {
         config::check_writable(&path)?;
         let lock = lock(&path)?;
@@ -83,12 +83,12 @@ impl Kept {
         })
     }
 
-    /// Which run it is of, if there is something.
+    /// Returns the header of the existing contents, if there are any.
     pub fn header(&self) -> Option<&Header> {
         self.part.as_ref().map(|part| &part.header)
     }
 
-    /// Goes on with it as a part of a run, which must be the one that it is of.
+    /// Continues the file as a part of `run`. Existing contents must belong to this run.
     pub fn keep(self, header: Header, run: &Run) -> Result<(Keeper, Option<Body>), CommandError> {
         let path = self.path;
         let refuse = |why: String| {
@@ -112,7 +112,7 @@ impl Kept {
                     "it has {done} samples already, more than {wanted}"
                 )));
             }
-            // The header agrees, but not what follows: only a forged file is like this.
+            // The header agrees, but the contents do not: this occurs only in a forged file.
             if !run.fits(&kept.body) {
                 return Err(refuse("its contents are not those of this scene".into()));
             }
@@ -133,12 +133,13 @@ impl Kept {
 }
 
 impl Keeper {
-    /// Time spent so far, that of earlier runs included.
+    /// Returns the time spent so far, including earlier runs.
     pub fn elapsed(&self) -> Duration {
         self.started.elapsed() + Duration::from_secs_f64(self.before.max(0.0))
     }
 
-    /// Writes the file if it is time to. A render does not end because there is no room now: there may be some later.
+    /// Writes the file if it is due. A failure to write does not end the render: there may be room
+    /// later.
     pub fn update(&mut self, body: BodyRef) {
         if self.last.elapsed() < self.every {
             return;
@@ -161,7 +162,7 @@ impl Keeper {
     }
 }
 
-/// Keeps other processes away from a file. Two that work on one would undo each other's work.
+/// Locks a file. Two processes that write one file would destroy each other's work.
 fn lock(path: &Path) -> Result<Option<Lock>, CommandError> {
     let name = shown(path);
     match Lock::take(path) {
@@ -178,7 +179,7 @@ fn lock(path: &Path) -> Result<Option<Lock>, CommandError> {
     }
 }
 
-/// Which part of what.
+/// Describes the part in a file.
 fn name(header: &Header) -> String {
     let total = header
         .total

@@ -1,4 +1,4 @@
-//! Reading the scene that a command is about.
+//! Loading the scene of a command.
 
 use crate::args::SceneArgs;
 use crate::command_error::{CommandError, show, warn as warn_of};
@@ -8,14 +8,14 @@ use io::{Diagnostic, Diagnostics, LoadOptions, Loaded, SceneDescription};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-/// Reads a scene with the parameters and the replacements of `options`.
+/// Loads a scene with the given options.
 pub fn load(scene: &Path, options: &LoadOptions) -> Result<Loaded, CommandError> {
     check_defines(&options.defines)?;
     Ok(io::load_scene(scene, options)?)
 }
 
-/// Reads a scene as [`load`] does, until the user interrupts the program or its time is over. Like a pass over the image, loading that is
-/// completed soon after the limit is not given up.
+/// Loads a scene like [`load`], until the user interrupts the program or the time is over. Like a
+/// pass over the image, loading that ends soon after the limit is not given up.
 pub fn load_in_time(
     scene: &Path,
     options: &LoadOptions,
@@ -50,7 +50,7 @@ pub fn load_in_time(
     }
 }
 
-/// Reads a scene file without making a scene of it; what is doubtful about it goes to `diagnostics`.
+/// Reads a scene file without assembling the scene. Warnings go to `diagnostics`.
 pub fn read(
     args: &SceneArgs,
     diagnostics: &mut Diagnostics,
@@ -61,12 +61,12 @@ pub fn read(
     scene.ok_or_else(|| std::mem::take(diagnostics).into())
 }
 
-/// Reads a scene with the command's parameters.
+/// Loads a scene with the command's parameters.
 pub fn load_as_it_is(args: &SceneArgs) -> Result<Loaded, CommandError> {
     load(&args.path, &options(args))
 }
 
-/// What a command says of its scene.
+/// Returns the options for loading a command's scene.
 pub fn options(args: &SceneArgs) -> LoadOptions {
     LoadOptions {
         defines: args.defines.clone(),
@@ -76,21 +76,21 @@ pub fn options(args: &SceneArgs) -> LoadOptions {
     }
 }
 
-/// As [`load_as_it_is`], with warnings shown on the standard error.
+/// Loads a scene like [`load_as_it_is`], and shows warnings on the standard error.
 pub fn load_with_warnings(args: &SceneArgs) -> Result<Loaded, CommandError> {
     let loaded = load_as_it_is(args)?;
     show(&loaded.warnings);
     Ok(loaded)
 }
 
-/// Shows a scene's warnings, and where Mitsuba would render it otherwise, on the standard error.
+/// Shows a scene's warnings, and differences from Mitsuba's rendering, on the standard error.
 pub fn warn(loaded: &Loaded) {
     show(&loaded.warnings);
     show(&loaded.notes_of_differences());
 }
 
-/// The name of a scene file without its folder: what is written into outputs, which should not
-/// depend on where the file lies.
+/// Returns the name of a scene file without its folder. Outputs contain this name, because they
+/// should not depend on the folder.
 pub fn file_name(path: &Path) -> String {
     path.file_name()
         .unwrap_or(path.as_os_str())
@@ -98,15 +98,15 @@ pub fn file_name(path: &Path) -> String {
         .into_owned()
 }
 
-/// The name of a scene file without folder and extension, with `end` at its end: outputs are named so. Names that are not
-/// UTF-8 stay as they are.
+/// Returns the name of an output: the scene file's name without folder and extension, followed by
+/// `end`. Names that are not UTF-8 do not change.
 pub fn named_after(scene: &Path, end: &str) -> PathBuf {
     let mut name = scene.file_stem().unwrap_or_default().to_owned();
     name.push(end);
     name.into()
 }
 
-/// Refuses parameters that are given twice.
+/// Refuses duplicate parameters.
 pub fn check_defines(defines: &[(String, String)]) -> Result<(), CommandError> {
     let mut diagnostics = Diagnostics::new();
     for (i, (name, _)) in defines.iter().enumerate() {

@@ -1,7 +1,8 @@
-//! The `morgana` command: renders scenes, describes them, follows rays through them.
+//! The `morgana` command: renders scenes, describes them, traces rays through them.
 //!
-//! Arguments are parsed ([`args`]), checked ([`config`]) and carried out ([`commands`]). Exit status:
-//! 0 for success, 1 for a failure while running, 2 for bad input, 130 or 143 after an interruption.
+//! The program parses arguments ([`args`]), checks them ([`config`]) and executes them
+//! ([`commands`]). Exit status: 0 for success, 1 for a failure while running, 2 for bad input, 130
+//! or 143 after an interruption.
 
 mod args;
 mod balance;

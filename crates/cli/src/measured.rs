@@ -1,4 +1,4 @@
-//! What is reported of a measurement: as text, in the attributes of files, and as JSON.
+//! Reports on a measurement: as text, in file attributes, and as JSON.
 
 use crate::balance;
 use crate::load::file_name;
@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use transport::meter::{Reading, RecordTable};
 use transport::render::Measurement;
 
-/// How well the bins of a reading are known, in a few words.
+/// Describes the statistical quality of a reading's bins in a few words.
 fn text(quality: &Quality) -> String {
     let empty = match quality.empty {
         0 => String::new(),
@@ -44,7 +44,7 @@ impl Report<'_, Measurement> {
         particles / self.elapsed.as_secs_f64().max(1e-9)
     }
 
-    /// Meters that have received nothing.
+    /// Returns the names of meters that received no light.
     pub fn dark(&self) -> impl Iterator<Item = &str> {
         self.meters()
             .filter(|(_, readings)| {
@@ -60,7 +60,7 @@ impl Report<'_, Measurement> {
         names.zip(&self.result.readings)
     }
 
-    /// How many records were kept.
+    /// Describes how many records were kept.
     fn recorded(&self, table: &RecordTable) -> String {
         let count = numbers::count(table.particle.len() as f64);
         let particles = numbers::count(table.particles as f64);
@@ -70,8 +70,8 @@ impl Report<'_, Measurement> {
         format!("{count} records, those of {particles} particles: raise max_records for more")
     }
 
-    /// The lines at the end of a measurement: what was done, each meter's readings, and where the
-    /// light went.
+    /// Returns the lines at the end of a measurement: the work, each meter's readings, and the
+    /// energy balance.
     pub fn text(&self) -> String {
         let stopped = match self.stopped {
             Some(Stopped::Interrupted) => "interrupted: ",
@@ -106,7 +106,8 @@ impl Report<'_, Measurement> {
         lines.join("\n")
     }
 
-    /// Attributes for files. They depend on what was computed, not on when, where or how fast.
+    /// Returns attributes for files. They depend on the computation, not on its time, place or
+    /// speed.
     pub fn attributes(&self) -> Vec<(String, Value)> {
         let stats = &self.result.stats;
         let pairs = [
@@ -124,7 +125,7 @@ impl Report<'_, Measurement> {
         pairs.map(|(name, value)| (name.to_owned(), value)).into()
     }
 
-    /// Everything, as JSON.
+    /// Returns the whole report as JSON.
     pub fn json(&self) -> Value {
         let measurement = self.result;
         let reading = |r: &Reading| Quality::of(r).json(&r.name);

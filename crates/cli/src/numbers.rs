@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-/// A value and its standard error, both to two digits of the error: `0.5321 ± 0.0011`.
+/// Formats a value and its standard error, both to two digits of the error: `0.5321 ± 0.0011`.
 pub fn with_error(value: f64, error: f64) -> String {
     if !error.is_finite() {
         return format!(
@@ -22,7 +22,7 @@ pub fn with_error(value: f64, error: f64) -> String {
     }
 }
 
-/// Up to five significant digits, without trailing zeros.
+/// Formats up to five significant digits, without trailing zeros.
 pub fn plain(value: f64) -> String {
     if value == 0.0 {
         return "0".into();
@@ -43,13 +43,13 @@ pub fn plain(value: f64) -> String {
     }
 }
 
-/// How much brighter a picture is than its values: `exposure +1.25 stops`.
+/// Formats the exposure of a picture: `exposure +1.25 stops`.
 pub fn exposure(stops: f64) -> String {
     let sign = if stops > 0.0 { "+" } else { "" };
     format!("exposure {sign}{} stops", plain(stops))
 }
 
-/// A large count with a prefix: `1.23 M`.
+/// Formats a large count with a prefix: `1.23 M`.
 pub fn count(value: f64) -> String {
     let (scaled, prefix) = match value {
         v if v >= 1e9 => (v / 1e9, " G"),
@@ -67,7 +67,7 @@ pub fn count(value: f64) -> String {
     format!("{scaled:.digits$}{prefix}")
 }
 
-/// A time to run: `0.42 s`, `3 min 05 s`, `1 h 07 min`.
+/// Formats a duration: `0.42 s`, `3 min 05 s`, `1 h 07 min`.
 pub fn duration(time: Duration) -> String {
     let seconds = time.as_secs();
     if seconds < 60 {
@@ -79,7 +79,7 @@ pub fn duration(time: Duration) -> String {
     }
 }
 
-/// A share as a percentage.
+/// Formats a fraction as a percentage.
 pub fn percent(share: f64) -> String {
     format!("{}%", plain((share * 1e5).round() / 1e3))
 }

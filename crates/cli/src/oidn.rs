@@ -1,4 +1,5 @@
-//! Intel Open Image Denoise, by its program `oidnDenoise` (<https://www.openimagedenoise.org>).
+//! Intel Open Image Denoise, called through its program `oidnDenoise`
+//! (<https://www.openimagedenoise.org>).
 
 use crate::command_error::CommandError;
 use crate::output::safe;
@@ -11,31 +12,31 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use tempfile::TempDir;
 
-/// What the program is called.
+/// Default name of the program.
 const NAME: &str = "oidnDenoise";
-/// Names another one.
+/// Environment variable that names another program.
 const VARIABLE: &str = "MORGANA_OIDN";
-/// Lines of its complaint that are shown.
+/// Number of lines of the program's error message that are shown.
 const LINES: usize = 5;
 
-/// The program with a folder for the files that it reads and writes, which is removed in the end.
+/// The program, with a temporary folder for the files that it reads and writes.
 #[derive(Debug)]
 pub struct Oidn {
     program: OsString,
     folder: TempDir,
-    /// What its arguments say of guides.
+    /// Arguments for guide images.
     guides: Vec<OsString>,
     limits: Limits,
 }
 
 impl Oidn {
-    /// The program at `path`, or else of the environment or on the PATH.
+    /// Uses the program at `path`, otherwise the one in the environment variable or on the PATH.
     pub fn new(path: Option<&Path>, limits: Limits) -> Result<Self, CommandError> {
         let program = path.map(|path| path.as_os_str().to_owned());
         let program = program.or_else(|| std::env::var_os(VARIABLE).filter(|p| !p.is_empty()));
         let mut builder = tempfile::Builder::new();
         builder.prefix("morgana-");
-        // Else the umask decides, and others may look on.
+        // By default the umask decides, and other users may read the files.
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o700));
         let folder = builder.tempdir();
@@ -50,7 +51,7 @@ impl Oidn {
         })
     }
 
-    /// Adds an image that guides it, such as `--alb`.
+    /// Adds a guide image for an option such as `--alb`.
     pub fn guide(&mut self, option: &str, image: &RgbImage) -> Result<(), CommandError> {
         let path = self.path(&format!("{}.pfm", option.trim_start_matches('-')));
         pfm::write(&path, image)?;
@@ -62,7 +63,7 @@ impl Oidn {
     pub fn denoise(&self, image: &RgbImage) -> Result<RgbImage, CommandError> {
         let [noisy, denoised] = ["noisy.pfm", "denoised.pfm"].map(|name| self.path(name));
         pfm::write(&noisy, image)?;
-        // What it wrote of another image is none of this one.
+        // Remove the output for an earlier image.
         _ = std::fs::remove_file(&denoised);
         let mut command = Command::new(&self.program);
         command.arg("--hdr").arg(&noisy).args(&self.guides);

@@ -1,4 +1,4 @@
-//! Files that a command would write over what it reads, or over what it has just written.
+//! Checks that a command overwrites neither its input files nor its other output files.
 
 use crate::command_error::CommandError;
 use clap::{Arg, ArgMatches, Command};
@@ -10,7 +10,8 @@ const WRITTEN: [&str; 6] = ["output", "stats", "strategies", "checkpoint", "map"
 /// Options that name files to read.
 const READ: [&str; 2] = ["overlay", "scene"];
 
-/// Refuses a command line that names the same file twice where it is written. Parts may be merged into one of them.
+/// Refuses duplicate output files, and outputs that would overwrite inputs. Parts may be merged
+/// into one of themselves.
 pub fn check(program: &Command, matches: &ArgMatches) -> Result<(), CommandError> {
     let (mut command, mut matches) = (program, matches);
     while let Some((name, inner)) = matches.subcommand() {
@@ -52,7 +53,7 @@ pub fn check_read(written: &[PathBuf], read: &[PathBuf]) -> Result<(), CommandEr
     }
 }
 
-/// The paths that are given to an argument.
+/// Returns the paths given to an argument.
 fn paths(arg: &Arg, matches: &ArgMatches) -> Vec<PathBuf> {
     let given = matches.try_get_many::<PathBuf>(arg.get_id().as_str());
     given
@@ -64,13 +65,14 @@ fn paths(arg: &Arg, matches: &ArgMatches) -> Vec<PathBuf> {
         .collect()
 }
 
-/// Whether two paths lead to the same file, which need not exist. Devices may be written to as often as one likes.
+/// Returns true if two paths lead to one file, which need not exist. Devices do not count, because
+/// they may be written to repeatedly.
 fn is_same(a: &Path, b: &Path) -> bool {
     let is_device = a.exists() && !a.is_file();
     !is_device && resolved(a) == resolved(b)
 }
 
-/// The path without links and detours, as far as it exists.
+/// Returns the path without links and `..`, as far as it exists.
 fn resolved(path: &Path) -> PathBuf {
     if let Ok(path) = path.canonicalize() {
         return path;

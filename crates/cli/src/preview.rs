@@ -1,7 +1,8 @@
-//! The image while it is made, in the viewer tev (<https://github.com/Tom94/tev>).
+//! Display of a render in progress in the viewer tev (<https://github.com/Tom94/tev>).
 //!
-//! A thread of its own sends images, so that a render never waits for the viewer. While the viewer is busy, or does not read
-//! what it is sent, no image is even made; at the end it gets a few seconds for the last one.
+//! A separate thread sends images, so that a render never waits for the viewer. While the viewer is
+//! busy, or does not read its messages, no image is made. At the end the viewer has a few seconds
+//! to receive the last image.
 
 use crate::command_error::{CommandError, show};
 use io::{Diagnostic, Diagnostics};
@@ -14,45 +15,46 @@ use std::time::{Duration, Instant};
 use tev_client::{PacketCreateImage, PacketUpdateImage, TevClient};
 use transport::Film;
 
-/// Where tev listens unless it is told otherwise.
+/// Default port of tev.
 const PORT: u16 = 14158;
-/// Longest time to wait for a viewer that does not answer.
+/// Longest wait for a response of the viewer.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// Longest time to wait until a viewer has the last image.
+/// Longest wait until the viewer has received the last image.
 const LAST: Duration = Duration::from_secs(2);
-/// Time between two images, at least; and in terms of the time that it takes to make one.
+/// Least time between two images.
 const INTERVAL: Duration = Duration::from_millis(250);
+/// Least time between two images, in multiples of the time to make one.
 const SHARE: u32 = 50;
-/// Values of a message, about: tev shows what it has between messages.
+/// Approximate number of values per message. tev updates its display between messages.
 const MESSAGE: usize = 1 << 20;
 
 /// A viewer that shows a render.
 #[derive(Debug)]
 pub struct Preview {
     frames: SyncSender<Vec<f32>>,
-    /// Whether the thread has sent all images that it has been given.
+    /// True if the thread has sent all images that it received.
     waiting: Arc<AtomicBool>,
-    /// Sends nothing, but ends when the thread does.
+    /// Channel without data, which closes when the thread ends.
     done: Receiver<()>,
-    /// To break off.
+    /// Connection to the viewer, to be shut down on a timeout.
     stream: TcpStream,
-    /// When the next image is due.
+    /// Time at which the next image is due.
     next: Instant,
 }
 
 /// An image in the viewer.
 #[derive(Clone, Debug)]
 pub struct Canvas {
-    /// What it is called.
+    /// Name of the image.
     pub name: String,
     /// Width and height in pixels.
     pub size: [u32; 2],
-    /// Names of its channels.
+    /// Names of the channels.
     pub channels: Vec<String>,
 }
 
 impl Preview {
-    /// Connects to a viewer, `HOST` or `HOST:PORT`.
+    /// Connects to a viewer at `HOST` or `HOST:PORT`.
     pub fn open(address: &str, canvas: Canvas) -> Result<Self, CommandError> {
         let unreachable = |why| {
             CommandError::Usage(format!(
@@ -61,7 +63,7 @@ impl Preview {
         };
         let stream = connect(address).map_err(unreachable)?;
         let viewer = TevClient::wrap(stream.try_clone().map_err(unreachable)?);
-        // Room for one on its way, and the last.
+        // Room for an image being sent, and for the last image.
         let (frames, received) = sync_channel(2);
         let (ending, done) = sync_channel(0);
         let waiting = Arc::new(AtomicBool::new(true));
@@ -89,23 +91,23 @@ impl Preview {
         })
     }
 
-    /// Shows how far a render has got, unless that has just been done.
+    /// Sends the current image, unless an image was sent shortly before.
     pub fn update(&mut self, film: &Film) {
         let now = Instant::now();
-        // A viewer that is busy or gone gets nothing.
+        // Skip the image if the viewer is busy or gone.
         if now >= self.next && self.waiting.swap(false, Ordering::AcqRel) {
             let _ = self.frames.try_send(film.mean());
             self.next = now + INTERVAL.max(SHARE * now.elapsed());
         }
     }
 
-    /// Shows the image that is done, and waits until the viewer has it, but not for long.
+    /// Sends the finished image, and waits briefly until the viewer has received it.
     pub fn finish(self, film: &Film) {
         let _ = self.frames.try_send(film.mean());
         drop(self.frames);
-        // Nothing is ever sent: this ends with the thread, or with patience.
+        // No data ever arrives: this returns when the thread ends, or at the timeout.
         if self.done.recv_timeout(LAST) == Err(RecvTimeoutError::Timeout) {
-            // The thread says that the viewer is gone.
+            // The thread then reports that the viewer is gone.
             let _ = self.stream.shutdown(Shutdown::Both);
             let _ = self.done.recv_timeout(LAST);
         }
@@ -153,7 +155,7 @@ fn send(
 }
 
 impl Canvas {
-    /// Sends an image in bands of rows; its channels are interleaved.
+    /// Sends an image in bands of rows. Channels are interleaved.
     fn send(&self, viewer: &mut TevClient, frame: &[f32]) -> std::io::Result<()> {
         let ([width, height], channels) = (self.size, self.channels.len());
         let row = width as usize * channels;

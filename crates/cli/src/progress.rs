@@ -1,4 +1,4 @@
-//! What goes on beside a render: the progress bar, and the look at the clock and at Ctrl-C.
+//! Progress bar of a render, with checks of the time limit and of Ctrl-C.
 
 use crate::interrupt::Interrupt;
 use crate::numbers;
@@ -9,35 +9,36 @@ use std::thread::Scope;
 use std::time::{Duration, Instant};
 use transport::render::Handle;
 
-/// Time between two looks.
+/// Time between two checks.
 const INTERVAL: Duration = Duration::from_millis(100);
-/// Steps of the bar.
+/// Number of steps of the progress bar.
 const STEPS: u64 = 1000;
 
-/// What a render is heading for.
+/// Goal of a render.
 #[derive(Clone, Copy, Debug)]
 pub struct ProgressGoal {
-    /// Samples of one sample per pixel: pixels times channel groups.
+    /// Number of samples in one sample per pixel: pixels times channel groups.
     pub samples_per_spp: u64,
-    /// Samples per pixel asked for, if there is a limit.
+    /// Requested samples per pixel, if limited.
     pub spp: Option<u64>,
-    /// Samples per pixel that are there already.
+    /// Samples per pixel that exist already.
     pub before: u64,
-    /// What these are called.
+    /// Name of the unit of these numbers.
     pub unit: &'static str,
-    /// Time to stop at, if there is one.
+    /// Time limit, if there is one.
     pub time: Option<Duration>,
 }
 
-/// Watches until it is dropped.
+/// Guard that ends the thread when it is dropped.
 #[derive(Debug)]
 pub struct Watch {
-    // Dropping the sender ends the thread, also when the render panics.
+    // Dropping the sender ends the thread, even if the render panics.
     _running: Mutex<Sender<()>>,
 }
 
-/// Starts a thread that ends the render of a handle when its time is over or the user has asked for it, and that `draws` how
-/// far it has got on the standard error; nothing is drawn if that is no terminal.
+/// Starts a thread that ends the render of a handle at the time limit, or when the user asks for
+/// it. If `draws`, the thread shows progress on the standard error; it shows nothing if that is not
+/// a terminal.
 pub fn watch<'scope>(
     scope: &'scope Scope<'scope, '_>,
     goal: ProgressGoal,
@@ -87,7 +88,7 @@ fn run(
 }
 
 impl ProgressGoal {
-    /// Share of the work, or of the time, that is done.
+    /// Returns the completed fraction of the work, or of the time.
     fn fraction(&self, samples: u64, elapsed: Duration) -> f64 {
         let work = self.spp.map_or(0.0, |spp| self.done(samples) / spp as f64);
         let time = self
@@ -96,12 +97,13 @@ impl ProgressGoal {
         work.max(time).min(1.0)
     }
 
-    /// Samples per pixel, of which `samples` samples are new.
+    /// Returns the samples per pixel, including `samples` new samples.
     fn done(&self, samples: u64) -> f64 {
         self.before as f64 + samples as f64 / self.samples_per_spp as f64
     }
 
-    /// The rate is that since the start: a shorter memory would flicker.
+    /// Describes the progress. The rate is the average since the start: a shorter average would
+    /// flicker.
     fn message(&self, samples: u64, elapsed: Duration) -> String {
         let seconds = elapsed.as_secs_f64();
         let fraction = self.fraction(samples, elapsed);
@@ -122,7 +124,7 @@ impl ProgressGoal {
     }
 }
 
-/// Seconds as a clock shows them.
+/// Formats seconds like a clock.
 fn clock(seconds: f64) -> String {
     let s = seconds.round() as u64;
     match s {

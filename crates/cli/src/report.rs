@@ -1,4 +1,4 @@
-//! What is reported of a render: in one line, in the attributes of images, and as JSON.
+//! Reports on a render: as text, in image attributes, and as JSON.
 
 use crate::balance;
 use crate::job::Job;
@@ -14,30 +14,30 @@ use transport::render::Rendering;
 use transport::renderer::Renderer;
 use transport::stats::ConnectionCounts;
 
-/// Effects of tolerances that are worth a word, beside the noise of a pixel.
+/// Least effect of tolerances that is reported, relative to the noise of a pixel.
 const EFFECT: f64 = 0.1;
 
-/// A run that is done, with its result.
+/// A finished run, with its result.
 #[derive(Debug)]
 pub struct Report<'a, T> {
-    /// What was asked for.
+    /// Job that was requested.
     pub job: &'a Job,
-    /// What was computed, and of which scene.
+    /// Run, with its scene.
     pub run: &'a Run<'a>,
-    /// The result.
+    /// Result.
     pub result: &'a T,
-    /// Samples per pixel, or particles, asked for, if there was a limit.
+    /// Requested samples per pixel, or particles, if limited.
     pub requested: Option<u64>,
-    /// How long it took.
+    /// Duration of the run.
     pub elapsed: Duration,
-    /// Number of threads; none if parts were put together.
+    /// Number of threads; `None` if parts were merged.
     pub threads: Option<usize>,
-    /// Why it ended early, if it did.
+    /// Reason why the run ended early, if it did.
     pub stopped: Option<Stopped>,
 }
 
 impl<'a, T> Report<'a, T> {
-    /// Reports a part of the result.
+    /// Returns the report with a part of the result.
     pub fn of<U>(&self, result: &'a U) -> Report<'a, U> {
         Report {
             job: self.job,
@@ -52,12 +52,12 @@ impl<'a, T> Report<'a, T> {
 }
 
 impl Report<'_, Rendering> {
-    /// Samples taken per second.
+    /// Returns the number of samples taken per second.
     fn rate(&self) -> f64 {
         self.result.film.samples() as f64 / self.elapsed.as_secs_f64().max(1e-9)
     }
 
-    /// The number of samples per pixel, and between which limits it is a mean.
+    /// Formats the number of samples per pixel. If it varies, formats the mean with its limits.
     fn spp(&self) -> String {
         let mean = self.result.samples;
         match self.result.film.least_and_most() {
@@ -66,8 +66,8 @@ impl Report<'_, Rendering> {
         }
     }
 
-    /// The line at the end of a render, with the exposure that was chosen for its PNG files, and that of the energy balance if
-    /// there is one.
+    /// Returns the line at the end of a render, with the exposure chosen for its PNG files. A line
+    /// with the energy balance follows, if there is one.
     pub fn line(&self, exposure: Option<f64>) -> String {
         let stopped = match self.stopped {
             Some(Stopped::Interrupted) => "interrupted: ",
@@ -105,7 +105,7 @@ impl Report<'_, Rendering> {
                 parts.push(format!("{} {what}", numbers::count(count as f64)));
             }
         }
-        // Nothing was changed otherwise.
+        // An exposure of 0 changes nothing.
         parts.extend(
             exposure
                 .filter(|stops| *stops != 0.0)
@@ -116,13 +116,13 @@ impl Report<'_, Rendering> {
         lines.collect::<Vec<_>>().join("\n")
     }
 
-    /// Which integrator was chosen, and why, if it was left open.
+    /// Describes which integrator was chosen and why, if there was a choice.
     fn choice(&self) -> Option<String> {
         let reason = self.run.reason.as_ref()?;
         Some(format!("integrator {}: {reason}", self.run.renderer.name()))
     }
 
-    /// What the image shows on the whole.
+    /// Summarises the image.
     fn outcome(&self) -> String {
         if self.result.samples == 0 {
             return "no sample of the whole image was completed: the image is empty".into();
@@ -141,18 +141,19 @@ impl Report<'_, Rendering> {
         format!("mean {mean} · {connections}")
     }
 
-    /// What to think of the error of the mean, if it is not to be trusted.
+    /// Describes why the error of the mean is unreliable, if it is, with advice.
     fn doubt(&self) -> Option<String> {
         let film = &self.result.film;
         if self.run.renderer.is_light() && self.result.samples > 0 && film.summary().0 == 0.0 {
             let advice = "does light get to the sensor? morgana check says what may be in the way";
             return Some(format!("no sample found any light: {advice}"));
         }
-        // An error that is not known is said to be so.
+        // An unknown error is reported as unknown elsewhere.
         let is_known = film.summary().1.is_finite();
         (self.run.renderer.is_light() && is_known && film.few_in_all(None)).then(|| {
             let advice = match self.run.renderer {
-                // A pilot has tried the others, or none carries what the light is told apart by.
+                // Advise another integrator only if no pilot has tried it, and if it can separate
+                // the light.
                 Renderer::Light(Integrator::Path(_))
                     if self.run.reason.is_none()
                         && self.run.loaded.layering.decomposition.parts.is_none() =>
@@ -174,8 +175,8 @@ impl Report<'_, Rendering> {
         })
     }
 
-    /// Attributes for images. They depend on what was computed, not on when, where or how fast:
-    /// equal renders give equal files.
+    /// Returns attributes for images. They depend on the computation, not on its time, place or
+    /// speed: equal renders give equal files.
     pub fn attributes(&self) -> Vec<(String, String)> {
         let stats = &self.result.stats;
         let pairs = [
@@ -213,7 +214,7 @@ impl Report<'_, Rendering> {
             .collect()
     }
 
-    /// The error that was wanted, and what became of it.
+    /// Returns the target error and its outcome.
     fn target(&self) -> Option<Value> {
         let measure = self.job.target.unwrap_or_default();
         self.job.target_error.map(|wanted| {
@@ -228,7 +229,7 @@ impl Report<'_, Rendering> {
         })
     }
 
-    /// The same in a few words.
+    /// Describes the target error and its outcome in a few words.
     fn target_line(&self) -> Option<String> {
         let wanted = self.job.target_error?;
         let measure = self.job.target.unwrap_or_default();
@@ -236,7 +237,7 @@ impl Report<'_, Rendering> {
         let outcome = if self.result.reached {
             "reached: slight bias by stopping".into()
         } else if error <= wanted {
-            // Small enough by now, but it may have been so by chance.
+            // The error is small enough, but this may be a random fluctuation.
             format!(
                 "of {} not confirmed by two checks",
                 numbers::percent(wanted)
@@ -251,7 +252,7 @@ impl Report<'_, Rendering> {
         ))
     }
 
-    /// What rays that are not as accurate as they might be do to long renders.
+    /// Describes the bias from the tolerance of rays, if it matters beside the noise.
     fn tolerance_line(&self) -> Option<String> {
         let accuracy = self.result.accuracy;
         let effect = accuracy.effect_beside_noise(self.result.samples);
@@ -264,7 +265,7 @@ impl Report<'_, Rendering> {
         })
     }
 
-    /// The same in a few words.
+    /// Describes the bias from photons in a few words.
     fn photon_line(&self) -> Option<String> {
         let debiased = self.result.debiased.as_ref()?;
         let photons = &self.result.stats.photons;
@@ -282,7 +283,7 @@ impl Report<'_, Rendering> {
         Some(about_bias(debiased.bias(film), film.summary().0))
     }
 
-    /// Everything, as JSON.
+    /// Returns the whole report as JSON.
     pub fn json(&self) -> Value {
         let (mean, error) = self.result.film.summary();
         let film = &self.result.film;
@@ -320,7 +321,7 @@ fn failures(connections: &ConnectionCounts) -> String {
     }
 }
 
-/// The bias of photons over the mean. A picture without light has none to compare it with.
+/// Describes the bias from photons relative to the mean. For a mean of 0 it is unknown.
 fn about_bias(bias: f64, mean: f64) -> String {
     let share = bias / mean;
     if share.is_finite() {
@@ -330,7 +331,7 @@ fn about_bias(bias: f64, mean: f64) -> String {
     }
 }
 
-/// A branch whose weighing is cut off makes the picture too dark.
+/// Describes the bias from branches with capped weights, which makes the picture too dark.
 fn bias(capped: u64) -> String {
     let branches = match capped {
         1 => "1 branch counts".into(),

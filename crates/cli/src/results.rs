@@ -1,4 +1,4 @@
-//! Files of results, and what is said of them.
+//! Files of results, and messages about them.
 
 use crate::args::{OutputArgs, ToneArgs};
 use crate::command_error::{CommandError, show};
@@ -17,16 +17,17 @@ use transport::render::{Measurement, Rendering};
 /// Files that a run writes, besides its statistics.
 #[derive(Debug)]
 pub enum Files {
-    /// Images of a picture, and of its strategies.
+    /// Images of a picture and of its strategies.
     Images(Vec<(PathBuf, ImageFormat)>),
     /// Arrays of readings.
     Readings(Vec<(PathBuf, ArrayFormat)>),
-    /// No files: a shard is kept as a part.
+    /// No files: a shard is stored as a part.
     Shard,
 }
 
 impl Files {
-    /// Files that a command asks for, or else those named after the scene. All of them can be written as far as can be told now.
+    /// Returns the files that a command requests, or by default files named after the scene. Checks
+    /// that they can be written, as far as possible in advance.
     pub fn of(args: &OutputArgs, scene: &Path, loaded: &Loaded) -> Result<Self, CommandError> {
         let meters = loaded.instruments.len();
         if meters > 0 {
@@ -37,7 +38,7 @@ impl Files {
         Ok(Files::Images(images))
     }
 
-    /// Paths of the files, except those of strategies.
+    /// Returns the paths of the files, except files of strategies.
     pub fn paths(&self) -> Vec<PathBuf> {
         match self {
             Files::Images(images) => images.iter().map(|(path, _)| path.clone()).collect(),
@@ -46,7 +47,8 @@ impl Files {
         }
     }
 
-    /// Writes every file that can be written before complaining of those that cannot. Returns the text to show at the end of the run.
+    /// Writes every file that can be written, and then reports those that cannot. Returns the text
+    /// for the end of the run.
     pub fn write(
         &self,
         args: &OutputArgs,
@@ -76,7 +78,8 @@ impl Files {
     }
 }
 
-/// Refuses PNG files of quantities other than light, which have no colours, or leaves them out if nobody asked for them.
+/// Refuses requested PNG files of quantities other than light, which have no colours. Leaves
+/// default PNG files out.
 fn check_colours(
     asked: &[PathBuf],
     loaded: &Loaded,
@@ -94,8 +97,8 @@ fn check_colours(
     Ok(())
 }
 
-/// Writes a picture and its statistics. Returns the exposure of PNG
-/// files, in stops, if it was chosen for the picture.
+/// Writes a picture and its statistics. Returns the exposure of PNG files in stops, if it was
+/// chosen automatically.
 fn write_images(
     args: &OutputArgs,
     images: &[(PathBuf, ImageFormat)],
@@ -140,7 +143,7 @@ fn write_readings(
     failures(readings.chain(stats(args, || report.json())))
 }
 
-/// Says which meters have received nothing.
+/// Warns about meters that received no light.
 fn warn_of_dark(report: &Report<Measurement>) {
     let mut warnings = Diagnostics::new();
     for name in report.dark() {

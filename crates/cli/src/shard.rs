@@ -1,13 +1,13 @@
-//! Which part of a render this process is for.
+//! Selection of the part of a render that this process computes.
 
 use std::env;
 
-/// A part of a render, as the command line names it.
+/// A part of a render, as given on the command line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shard {
-    /// Part number `.0`, from 0, of `.1`.
+    /// Part with index `.0`, from 0, of `.1` parts.
     Part(u64, u64),
-    /// The number is that of the task in a job array; so is the count, if it is not given.
+    /// Index from the task in a job array; the number of parts, too, if it is not given.
     Auto(Option<u64>),
 }
 
@@ -30,18 +30,18 @@ pub fn parse(text: &str) -> Result<Shard, String> {
     }
 }
 
-/// Variables of job arrays: the task's number and, in order of preference, what tells how many tasks there are and whether that is their
-/// number or the number of the last.
+/// Variables of job arrays: the task's index, the array's size, and the number to add to the size.
+/// This number is 1 if the size is given as the index of the last task.
 const ARRAYS: [(&str, &str, u64); 2] = [
     ("SLURM_ARRAY_TASK_ID", "SLURM_ARRAY_TASK_MAX", 1),
     ("AWS_BATCH_JOB_ARRAY_INDEX", "AWS_BATCH_JOB_ARRAY_SIZE", 0),
 ];
 
 impl Shard {
-    /// The number of the part, and of how many.
+    /// Returns the index of the part and the number of parts.
     ///
     /// # Errors
-    /// What is wrong with the variables of the job array.
+    /// Returns an error if the variables of the job array are wrong.
     pub fn resolve(self) -> Result<[u64; 2], String> {
         self.resolve_by(|name| env::var(name).ok())
     }
@@ -81,7 +81,8 @@ impl Shard {
     }
 }
 
-/// Arrays of some of the tasks only, as when some are run again, do not tell how many parts there are.
+/// Returns the number of parts of a complete job array. Refuses arrays of some tasks only, as for
+/// repeated tasks, because they do not give the number of parts.
 fn whole_array(
     number: &dyn Fn(&str) -> Result<u64, String>,
     task: u64,

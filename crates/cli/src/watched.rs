@@ -1,4 +1,4 @@
-//! A render that is watched in the browser.
+//! Display of a render in progress on a page in the browser.
 
 use crate::command_error::CommandError;
 use crate::interrupt::Interrupt;
@@ -8,7 +8,7 @@ use std::time::Duration;
 use transport::Film;
 use view::{Item, Live, LiveProgress, ViewOptions, ViewServer};
 
-/// Time between two looks whether anybody still watches.
+/// Time between two checks if the page is still open.
 const LOOK: Duration = Duration::from_millis(100);
 
 /// A page that shows a render.
@@ -16,12 +16,12 @@ const LOOK: Duration = Duration::from_millis(100);
 pub struct Watched {
     live: Arc<Live>,
     interrupt: Interrupt,
-    /// Serves the page until this is dropped.
+    /// Server of the page, until this is dropped.
     _server: ViewServer,
 }
 
 impl Watched {
-    /// Serves a page and says where; its button to stop asks `interrupt`.
+    /// Serves a page and prints its address. The page's stop button asks `interrupt`.
     pub fn open(
         name: String,
         channels: Vec<String>,
@@ -40,13 +40,13 @@ impl Watched {
         })
     }
 
-    /// Shows how far the render has got, and waits while it is paused.
+    /// Shows the progress of the render, and waits while the render is paused.
     pub fn update(&self, film: &Film, progress: LiveProgress) {
         self.live.update(film, progress);
         self.live.pause(|| self.interrupt.asked());
     }
 
-    /// Shows the image that is done, as long as somebody watches or until the user asks to end.
+    /// Shows the finished image until the page is closed or the user ends the program.
     pub fn finish(self, film: &Film) {
         self.live.finish(film);
         while self.live.is_watched() && !self.interrupt.is_signalled() {

@@ -196,9 +196,9 @@ pub struct SceneArgs {
 /// Limit of memory.
 #[derive(Clone, Copy, Debug, ClapArgs)]
 pub struct MemoryArgs {
-    /// Memory limit for each data file once it is read, and for the film or the meters, for example
-    /// 8G (K, M, G and T are powers of 1024). Defaults: for a file 2G, or ten times its size plus
-    /// 64M if that is more; for the film and the meters the system's memory.
+    /// Memory that a data file of any size may take once it is read, and limit for the film or the
+    /// meters, for example 8G (K, M, G and T are powers of 1024). A file may always take ten times
+    /// its size plus 64M. Defaults: 2G for a file; the system's memory for the film and the meters.
     #[arg(long, value_name = "SIZE", value_parser = size)]
     pub memory: Option<u64>,
 }

@@ -10,7 +10,7 @@ use io::{Diagnostics, PluginKind, Run, Severity, schema};
 use std::collections::BTreeMap;
 use std::process::ExitCode;
 
-/// Loads a scene as a render would, and says what there is to say about it.
+/// Loads a scene as a render would, and prints its errors, warnings and notes.
 pub fn check(args: &CheckArgs) -> Result<ExitCode, CommandError> {
     if args.mitsuba {
         return report(args);
@@ -34,7 +34,8 @@ pub fn check(args: &CheckArgs) -> Result<ExitCode, CommandError> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Says what a scene uses of Mitsuba 3, and what of that is rendered otherwise or missing.
+/// Reports the features of Mitsuba 3 that a scene uses, and which of them are rendered differently
+/// or missing.
 fn report(args: &CheckArgs) -> Result<ExitCode, CommandError> {
     let mut diagnostics = Diagnostics::new();
     let mut lines = Vec::new();
@@ -85,7 +86,7 @@ fn report(args: &CheckArgs) -> Result<ExitCode, CommandError> {
     })
 }
 
-/// The plugins of each kind that are known, with how often they stand there.
+/// Lists the known plugins of each kind, with the number of uses.
 fn supported(features: &Features) -> Vec<String> {
     let mut kinds: BTreeMap<String, Vec<String>> = BTreeMap::new();
     let known = |kind: &PluginKind, plugin: &str| schema::find(*kind, plugin).is_some();
@@ -104,7 +105,7 @@ fn supported(features: &Features) -> Vec<String> {
     kinds.into_iter().map(line).collect()
 }
 
-/// A heading and what stands below it; nothing if that is nothing.
+/// Returns a heading with items below it; nothing if there are no items.
 fn section(heading: &str, items: Vec<String>) -> Vec<String> {
     if items.is_empty() {
         return Vec::new();

@@ -12,14 +12,14 @@ use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
 
-/// Exit status if a limit is exceeded, as of `cmp` and `diff`.
+/// Exit status if a limit is exceeded, as for `cmp` and `diff`.
 const DIFFERENT: u8 = 1;
 
 /// Compares an image with a reference.
 pub fn compare(args: &CompareArgs) -> Result<ExitCode, CommandError> {
     let map_format = config::map(args.map.as_deref())?;
     let zmap_format = config::map(args.zmap.as_deref())?;
-    // Status 1 says that images differ, so nothing else may.
+    // Status 1 means that images differ: failures need another status.
     let fail = |e: FileError| CommandError::Usage(e.to_string());
     let layer = args.reference_layer.as_ref().unwrap_or(&args.layer);
     let [image, reference] = [(&args.image, &args.layer), (&args.reference, layer)]
@@ -64,7 +64,7 @@ fn read(path: &Path, layer: &str, limits: io::Limits) -> Result<ImageLayers, Fil
     image.focused(layer).map_err(|problem| problem.at(path))
 }
 
-/// What a screen shows before it cuts off what is too bright.
+/// Returns the colours for a screen, before bright values are clipped.
 fn exposed(image: &ImageLayers, args: &CompareArgs) -> RgbImage {
     let gain = args.exposure.exp2() as f32;
     let mut shown = image.on_screen().unwrap_or_default();

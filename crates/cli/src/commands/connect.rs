@@ -8,7 +8,7 @@ use std::io::Write;
 use std::process::ExitCode;
 use transport::trace::{Branch, branches};
 
-/// Finds the ray between two points, or all of them, and prints them.
+/// Finds the ray between two points, or all rays, and prints them.
 pub fn connect(args: &ConnectArgs) -> Result<ExitCode, CommandError> {
     let loaded = load_with_warnings(&args.scene)?;
     let all = args.all.then_some(args.reflections);

@@ -18,7 +18,7 @@ pub fn convert(args: &ConvertArgs) -> Result<ExitCode, CommandError> {
         dataset: args.dataset.as_deref(),
         limits: args.memory.limits(),
     };
-    // In double precision, so that numbers of all types pass unchanged.
+    // Read double precision, in which numbers of all types remain unchanged.
     let volume = Volume::<f64>::read(&args.input, options);
     let volume = volume.map_err(|e| CommandError::Usage(e.to_string()))?;
     let mut summary = vec![
@@ -55,7 +55,7 @@ pub fn convert(args: &ConvertArgs) -> Result<ExitCode, CommandError> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// What the user wants of a volume.
+/// Applies the changes that the user requests to a volume.
 fn changed(mut volume: Volume<f64>, args: &ConvertArgs) -> Result<Volume<f64>, CommandError> {
     if args.spacing.is_some() || args.origin.is_some() {
         let frame = moved(&volume, args)?;
@@ -96,7 +96,7 @@ fn wrong(path: &Path, problem: &io::Problem) -> CommandError {
     CommandError::Usage(format!("{}: {problem}", shown(path)))
 }
 
-/// Where the samples are, as the user says rather than the file.
+/// Returns the frame of the samples, with the user's spacing and origin instead of the file's.
 fn moved(volume: &Volume<f64>, args: &ConvertArgs) -> Result<VolumeFrame, CommandError> {
     let place = volume.has_place().then(|| volume.place());
     let steps = args.spacing.map(DMat3::from_diagonal);
@@ -115,7 +115,7 @@ fn moved(volume: &Volume<f64>, args: &ConvertArgs) -> Result<VolumeFrame, Comman
     })
 }
 
-/// Size, type and range.
+/// Describes size, type and range of a volume.
 fn contents(volume: &Volume<f64>) -> String {
     let [x, y, z] = volume.size();
     let channels = match volume.channels() {
@@ -133,7 +133,7 @@ fn contents(volume: &Volume<f64>) -> String {
     )
 }
 
-/// Where the samples are.
+/// Describes the positions of the samples.
 fn place(volume: &Volume<f64>) -> String {
     let frame = volume.place();
     let unit = volume

@@ -11,7 +11,7 @@ use io::image::exposure::Exposure;
 use io::image::{ImageLayers, exr};
 use std::process::ExitCode;
 
-/// Writes what a denoiser makes of an image, and how far it moved it.
+/// Writes the denoised image, and reports how far values moved.
 pub fn denoise(args: &DenoiseArgs) -> Result<ExitCode, CommandError> {
     let files = config::denoised(&args.output)?;
     let image = ImageLayers::read_within(&args.image, args.memory.limits())?;
@@ -63,7 +63,7 @@ pub fn denoise(args: &DenoiseArgs) -> Result<ExitCode, CommandError> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// How far values were moved, in a few words.
+/// Describes in a few words how far values moved.
 fn moved(moved: Option<Moved>) -> Vec<String> {
     let Some(moved) = moved else {
         return Vec::new();

@@ -8,7 +8,7 @@ use crate::output::say;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Renders a scene, or measures; of a sequence every frame.
+/// Renders a scene, or measures; for a sequence, every frame.
 pub fn render(args: &RenderArgs) -> Result<ExitCode, CommandError> {
     let interrupt = Interrupt::watch()?;
     match args.frames {
@@ -17,7 +17,8 @@ pub fn render(args: &RenderArgs) -> Result<ExitCode, CommandError> {
     }
 }
 
-/// Renders frames with what a pilot finds for the first. Those whose files are there are left out if the sequence is resumed.
+/// Renders frames with the choices that a pilot makes for the first frame. A resumed sequence skips
+/// frames whose files exist.
 fn sequence(
     args: &RenderArgs,
     frames: Frames,
@@ -42,7 +43,7 @@ fn sequence(
     Ok(ExitCode::SUCCESS)
 }
 
-/// Refuses what would write the same files again and again, or render the same.
+/// Refuses sequences whose frames would overwrite each other's files or be equal.
 fn check(args: &RenderArgs) -> Result<(), CommandError> {
     let usage = |message: String| Err(CommandError::Usage(message));
     if args.keep.checkpoint.is_some() || args.keep.shard.is_some() {
@@ -78,16 +79,16 @@ fn holds(path: &Path) -> bool {
     path.to_str().is_some_and(|path| path.contains(PLACEHOLDER))
 }
 
-/// The arguments of a frame.
+/// Returns the arguments of a frame.
 fn of_frame(args: &RenderArgs, number: &str) -> RenderArgs {
-    // Only names in UTF-8 hold the number: see `holds`.
+    // Only UTF-8 names contain the number: see `holds`.
     let named = |path: &PathBuf| match path.to_str() {
         Some(text) => PathBuf::from(text.replace(PLACEHOLDER, number)),
         None => path.clone(),
     };
     let mut frame = args.clone();
     frame.frames = None;
-    // Of the frames, not of a checkpoint.
+    // `--resume` concerns the frames here, not a checkpoint.
     frame.keep.resume = false;
     for (_, value) in &mut frame.scene.defines {
         *value = value.replace(PLACEHOLDER, number);

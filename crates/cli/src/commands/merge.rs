@@ -13,7 +13,7 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::time::Duration;
 
-/// Puts parts together, and writes what a render in one piece would have.
+/// Merges parts, and writes the files that a render in one piece would have written.
 pub fn merge(args: &MergeArgs) -> Result<ExitCode, CommandError> {
     let outputs = &args.outputs.output;
     let is_part = |path: &std::path::PathBuf| path.extension().is_some_and(|e| e == "part");
@@ -54,7 +54,7 @@ pub fn merge(args: &MergeArgs) -> Result<ExitCode, CommandError> {
         return Err(CommandError::Usage(message.into()));
     }
     if !run.fits(&body) {
-        // The header agrees, but not what follows: only a forged file is like this.
+        // The header agrees, but the contents do not: this occurs only in a forged file.
         let message = "the contents of the parts are not those of their scene";
         return Err(CommandError::Usage(message.into()));
     }
@@ -75,14 +75,14 @@ pub fn merge(args: &MergeArgs) -> Result<ExitCode, CommandError> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Writes one part.
+/// Writes the merged part.
 fn remain_a_part(args: &MergeArgs, path: &Path) -> Result<ExitCode, CommandError> {
     config::check_writable(path)?;
     read(&args.parts)?.write(path)?;
     Ok(ExitCode::SUCCESS)
 }
 
-/// All parts together.
+/// Reads and merges all parts.
 fn read(paths: &[std::path::PathBuf]) -> Result<Part, CommandError> {
     let mut whole: Option<Part> = None;
     for path in paths {
@@ -106,7 +106,8 @@ fn read(paths: &[std::path::PathBuf]) -> Result<Part, CommandError> {
     whole.ok_or_else(|| CommandError::Usage("there are no parts".into()))
 }
 
-/// An image of fewer samples than were asked for is right, but nobody should get it unawares.
+/// Refuses an incomplete result without `--partial`. Its image is correct, but has fewer samples
+/// than requested.
 fn check_complete(args: &MergeArgs, header: &Header, body: &Body) -> Result<(), CommandError> {
     let done = body.done().count();
     match header.total {

@@ -23,8 +23,9 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 use view::LiveProgress;
 
-/// Renders a scene, or reads its meters, and writes the result, or the part of it. What is left open is chosen as it was for another run, if there
-/// was one, and what was chosen stays in `chosen`.
+/// Renders a scene, or reads its meters, and writes the result or its part. Choices that are left
+/// open follow an earlier run, if there is one in `chosen`. Afterwards `chosen` contains the
+/// choices.
 pub fn render_once(
     args: &RenderArgs,
     chosen: &mut Option<Header>,
@@ -50,7 +51,8 @@ pub fn render_once(
     if !args.outputs.quiet {
         load::warn(&loaded);
     }
-    // Other limits replace the scene's number of samples, but not that of the command line.
+    // A time or a target error replaces the scene's number of samples, but not the number on the
+    // command line.
     let requested = match (args.time, args.target_error, shard) {
         (None, None, _) | (.., Some(_)) => Some(loaded.samples),
         _ => args.spp.or(args.particles).map(|_| loaded.samples),
@@ -82,7 +84,7 @@ pub fn render_once(
     let mut preview = preview(args, &loaded)?;
     let watched = watched(args, &loaded, interrupt)?;
     let mut body = body.flatten().map_or_else(|| run.start(), Ok)?;
-    // The choice of the integrator counts, too.
+    // The choice of the integrator counts towards the time, too.
     let goal = progress_goal(&run, &body, time.left());
     let (advanced, stopped) = driver.drive(goal, |handle, clock| {
         run.advance(&mut body, handle, clock, |body| {
@@ -130,7 +132,7 @@ pub fn render_once(
     })
 }
 
-/// Which part of the samples is wanted.
+/// Returns the index of the requested part of the samples and the number of parts, if any.
 fn shard(args: &RenderArgs, loaded: &Loaded) -> Result<Option<[u64; 2]>, CommandError> {
     let keep = &args.keep;
     if keep.resume && keep.checkpoint.is_none() && keep.shard.is_none() {
@@ -147,14 +149,14 @@ fn shard(args: &RenderArgs, loaded: &Loaded) -> Result<Option<[u64; 2]>, Command
     }
 }
 
-/// How a report of a shard begins.
+/// Returns the beginning of a shard's report.
 fn name(shard: Option<[u64; 2]>) -> String {
     shard.map_or(String::new(), |[index, count]| {
         format!("shard {index} of {count}: ")
     })
 }
 
-/// The viewer that is to show the render, if there is one.
+/// Opens the viewer that shows the render, if requested.
 fn preview(args: &RenderArgs, loaded: &Loaded) -> Result<Option<Preview>, CommandError> {
     let film = loaded.scene().film();
     let open = |address: &String| {
@@ -168,7 +170,7 @@ fn preview(args: &RenderArgs, loaded: &Loaded) -> Result<Option<Preview>, Comman
     args.tev.as_ref().map(open).transpose()
 }
 
-/// The page that is to show the render, if there is one.
+/// Opens the page that shows the render, if requested.
 fn watched(
     args: &RenderArgs,
     loaded: &Loaded,
@@ -179,7 +181,7 @@ fn watched(
     args.view.then(open).transpose()
 }
 
-/// How far a render has got, for those who watch it.
+/// Returns the progress of a render, for display on the page.
 fn live_progress(body: BodyRef, goal: &ProgressGoal) -> LiveProgress {
     LiveProgress {
         done: body.done().count() as f64,
@@ -189,14 +191,14 @@ fn live_progress(body: BodyRef, goal: &ProgressGoal) -> LiveProgress {
 }
 
 fn pool(threads: Option<usize>) -> Result<ThreadPool, CommandError> {
-    // Zero leaves the number to rayon: that of the processors.
+    // With zero, rayon starts a thread per CPU.
     let builder = ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0));
     builder
         .build()
         .map_err(|e| CommandError::Runtime(format!("cannot start threads: {e}")))
 }
 
-/// Goal of a run's progress bar: samples or particles, or the time.
+/// Returns the goal of a run's progress bar: samples or particles, or the time.
 fn progress_goal(run: &Run, body: &Body, time: Option<Duration>) -> ProgressGoal {
     let film = run.loaded.scene().film();
     let (places, unit) = if run.has_meters() {
@@ -214,7 +216,7 @@ fn progress_goal(run: &Run, body: &Body, time: Option<Duration>) -> ProgressGoal
     }
 }
 
-/// Refuses options that are for pictures if the scene has meters, and the other way round.
+/// Refuses options for pictures if the scene has meters, and options for meters if it has a camera.
 fn check_kind(args: &RenderArgs, loaded: &Loaded) -> Result<(), CommandError> {
     if loaded.instruments.is_empty() {
         if args.particles.is_some() {

@@ -1,4 +1,4 @@
-//! `morgana schema`: what scenes may say, for editors.
+//! `morgana schema`: schemas of scenes, for editors.
 
 use crate::command_error::CommandError;
 use std::io::Write;

@@ -1,4 +1,4 @@
-//! `morgana completions` and `morgana man`: what belongs to the command in a shell.
+//! `morgana completions` and `morgana man`: support for shells.
 
 use crate::args::Args;
 use crate::command_error::CommandError;

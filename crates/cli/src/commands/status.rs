@@ -14,12 +14,12 @@ use std::process::ExitCode;
 use std::time::Duration;
 use transport::render::{MeasureOptions, Ranges};
 
-/// A part that was found.
+/// A part file that was read.
 struct PartFile {
     path: PathBuf,
     header: Header,
     done: Ranges,
-    /// Samples are taken so many at a time.
+    /// Number of samples that are taken at a time.
     unit: u64,
 }
 
@@ -36,7 +36,7 @@ impl PartFile {
         }
     }
 
-    /// The samples that a shard has when it is complete; those of this part without one.
+    /// Returns the sample numbers of a complete shard; without `shard`, of this part.
     fn range(&self, shard: Option<[u64; 2]>) -> Range<u64> {
         let shard = shard.or(self.header.shard);
         let header = Header {
@@ -49,7 +49,7 @@ impl PartFile {
     }
 }
 
-/// Says what is there and what is missing; 1 if something is.
+/// Reports existing and missing samples. Returns status 1 if samples are missing.
 pub fn status(args: &StatusArgs) -> Result<ExitCode, CommandError> {
     let (mut found, mut unreadable) = (Vec::<PartFile>::new(), Vec::new());
     for path in &args.parts {
@@ -67,7 +67,7 @@ pub fn status(args: &StatusArgs) -> Result<ExitCode, CommandError> {
     if args.json {
         writeln!(out, "{:#}", overview.json(&found, &unreadable))?;
     } else if args.missing {
-        // The list is for programs, what cannot be read for whoever looks at their logs.
+        // The standard output is for programs: report unreadable files on the standard error.
         unreadable.iter().for_each(|error| warn(error));
         writeln!(out, "{}", overview.array())?;
     } else {
@@ -86,7 +86,7 @@ pub fn status(args: &StatusArgs) -> Result<ExitCode, CommandError> {
     })
 }
 
-/// All parts must be of one render.
+/// Checks that all parts belong to one render.
 fn check(path: &Path, header: &Header, others: &[PartFile]) -> Result<(), CommandError> {
     for other in others {
         let agrees = other.header.agrees(header);
@@ -101,13 +101,13 @@ fn check(path: &Path, header: &Header, others: &[PartFile]) -> Result<(), Comman
     Ok(())
 }
 
-/// What there is of a render.
+/// Summary of the samples of a render.
 struct Overview {
     done: u64,
-    /// Samples that two parts have.
+    /// Samples in two parts.
     twice: Option<Range<u64>>,
     total: Option<u64>,
-    /// Ranges of samples.
+    /// Ranges of missing samples.
     missing: Vec<Range<u64>>,
     /// Shards that are missing or incomplete.
     shards: Vec<u64>,
@@ -139,7 +139,7 @@ impl Overview {
         }
     }
 
-    /// Numbers of shards, as Slurm's `--array` takes them: `1,4-7`.
+    /// Lists numbers of shards in the format of Slurm's `--array`: `1,4-7`.
     fn array(&self) -> String {
         let mut shards = Ranges::default();
         self.shards.iter().for_each(|&i| shards.insert(i..i + 1));
@@ -202,12 +202,12 @@ impl Overview {
     }
 }
 
-/// The number after the last.
+/// Returns the number after the last sample.
 fn part_end(done: &Ranges) -> u64 {
     done.iter().last().map_or(0, |range| range.end)
 }
 
-/// Whether a part has all that it is to have; none if it has no limit.
+/// Returns true if a part is complete; `None` if it has no limit.
 fn complete(part: &PartFile) -> Option<bool> {
     let limited = part.header.total.is_some();
     limited.then(|| part.done.gaps(part.range(None)).is_empty())
@@ -230,7 +230,7 @@ fn line(part: &PartFile) -> String {
     format!("{}: {name}, {samples}, {state}", shown(&part.path))
 }
 
-/// Ranges with both ends: `1,4-7`.
+/// Formats ranges with both ends: `1,4-7`.
 fn list(ranges: impl IntoIterator<Item = Range<u64>>) -> String {
     let text = |range: Range<u64>| match range.end - range.start {
         1 => range.start.to_string(),

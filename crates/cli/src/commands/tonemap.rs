@@ -9,7 +9,7 @@ use io::image::ImageLayers;
 use io::image::exposure::Exposure;
 use std::process::ExitCode;
 
-/// Writes an image as a screen shows it.
+/// Writes an image to a PNG file for a screen.
 pub fn tonemap(args: &TonemapArgs) -> Result<ExitCode, CommandError> {
     config::picture(&args.output)?;
     let image = ImageLayers::read_within(&args.image, args.memory.limits())?;

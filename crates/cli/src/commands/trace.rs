@@ -11,7 +11,7 @@ use std::io::Write;
 use std::process::ExitCode;
 use transport::trace::{Path, TraceEnding, Tracer};
 
-/// Follows rays through a scene and writes their paths.
+/// Traces rays through a scene and writes their paths.
 pub fn trace(args: &TraceArgs) -> Result<ExitCode, CommandError> {
     let (file, format) = config::rays(args)?;
     let loaded = load_with_warnings(&args.scene)?;

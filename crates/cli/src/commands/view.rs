@@ -9,10 +9,10 @@ use std::process::ExitCode;
 use std::time::Duration;
 use view::{Item, ItemOptions, OpenError, ViewOptions, ViewServer};
 
-/// Time between two looks whether the user has asked to end.
+/// Time between checks for a request to end.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// Shows files in the browser until the user asks to end.
+/// Shows files in the browser until the user ends the program.
 pub fn view(args: &ViewArgs) -> Result<ExitCode, CommandError> {
     check_defines(&args.defines)?;
     let options = ItemOptions {

@@ -1,4 +1,4 @@
-//! Maps of differences, pixel by pixel.
+//! Difference maps, pixel by pixel.
 
 use crate::config::MapFormat;
 use io::FileError;
@@ -10,12 +10,12 @@ use io::scene::linear_from_srgb;
 use plotters::prelude::{ColorMap, RGBColor, ViridisRGB};
 use std::path::Path;
 
-/// |z| of the strongest colours.
+/// |z| at which colours are strongest.
 const STRONGEST: f32 = 5.0;
-/// Where z is not known, in sRGB.
+/// Colour of unknown z, in sRGB.
 const UNKNOWN: [f64; 3] = [0.6, 0.6, 0.6];
 
-/// Writes a map of FLIP: its numbers in channel Y, or colours from violet (0) to yellow (1).
+/// Writes a FLIP map: numbers in channel Y, or colours from violet (0) to yellow (1).
 pub fn flip(
     path: &Path,
     format: MapFormat,
@@ -31,8 +31,8 @@ pub fn flip(
     }
 }
 
-/// Writes a map of z: its numbers in the channels of the images, or in colours that of the channel that differs
-/// most, blue where it is negative and red where it is positive.
+/// Writes a map of z: numbers in the channels of the images, or colours. Colours show the channel
+/// with the largest |z|: blue if z is negative, red if z is positive.
 pub fn z(path: &Path, format: MapFormat, size: [usize; 2], z: &ZScores) -> Result<(), FileError> {
     let most = |i: usize| {
         let all = z.channels.iter().map(|(_, map)| map[i]);
@@ -45,7 +45,7 @@ pub fn z(path: &Path, format: MapFormat, size: [usize; 2], z: &ZScores) -> Resul
     }
 }
 
-/// White for zero, blue below, red above.
+/// Returns the colour of z: white for zero, blue below, red above.
 fn diverging(z: f32) -> [f64; 3] {
     let t = f64::from((z / STRONGEST).clamp(-1.0, 1.0));
     let end = if t < 0.0 {
@@ -74,7 +74,7 @@ fn numbers(
     exr::write(path, &image)
 }
 
-/// A picture of colours in sRGB.
+/// Writes a picture of sRGB colours.
 fn colours(
     path: &Path,
     [width, height]: [usize; 2],

@@ -1,4 +1,4 @@
-//! What two images differ in, as text and as JSON.
+//! Differences of two images, as text and as JSON.
 
 pub mod map;
 
@@ -11,16 +11,16 @@ use io::image::denoised::DENOISED;
 use serde_json::{Value, json};
 use std::fmt::Write;
 
-/// A comparison that is done.
+/// A finished comparison.
 #[derive(Debug)]
 pub struct Difference<'a> {
-    /// What was asked for.
+    /// Arguments of the command.
     pub args: &'a CompareArgs,
-    /// The image and the reference.
+    /// Image and reference.
     pub images: [&'a ImageLayers; 2],
-    /// The numbers.
+    /// Numbers of the comparison.
     pub numbers: &'a Comparison,
-    /// The map of visible differences.
+    /// Map of visible differences.
     pub flip: &'a [f32],
 }
 
@@ -35,7 +35,8 @@ impl Difference<'_> {
         Some(worst.z.abs())
     }
 
-    /// Names, values and limits of what exceeds its limit. Values that are no numbers do.
+    /// Returns names, values and limits of numbers that exceed their limit. NaN exceeds every
+    /// limit.
     pub fn exceeded(&self) -> Vec<(&'static str, f64, f64)> {
         let (limits, numbers) = (&self.args.limits, self.numbers);
         let most = [
@@ -60,7 +61,7 @@ impl Difference<'_> {
             .collect()
     }
 
-    /// For people.
+    /// Returns the comparison as text for people.
     pub fn text(&self) -> String {
         let numbers = self.numbers;
         let [image, reference] = [&self.args.image, &self.args.reference].map(|p| file_name(p));
@@ -103,7 +104,7 @@ impl Difference<'_> {
         out
     }
 
-    /// What the z of these images do not tell.
+    /// Returns notes on the validity of z and of the images.
     fn notes(&self) -> Vec<String> {
         let known = |name: &str| self.images.map(|image| image.attribute(name));
         let mut notes = Vec::new();
@@ -139,7 +140,7 @@ impl Difference<'_> {
         notes
     }
 
-    /// For programs.
+    /// Returns the comparison as JSON for programs.
     pub fn json(&self) -> Value {
         let numbers = self.numbers;
         let exceeded = self.exceeded();

@@ -1,4 +1,4 @@
-//! Lines, with bands for their standard errors.
+//! Curves, with bands for their standard errors.
 
 use super::figure::{Scale, failed, label, range};
 use crate::command_error::CommandError;
@@ -7,7 +7,7 @@ use plotters::coord::Shift;
 use plotters::coord::ranged1d::{Ranged, ValueFormatter};
 use plotters::prelude::*;
 
-/// Colours that are told apart with any kind of sight (Okabe and Ito 2008).
+/// Colours that are distinguishable with any kind of colour vision (Okabe and Ito 2008).
 const COLOURS: [RGBColor; 6] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -17,34 +17,34 @@ const COLOURS: [RGBColor; 6] = [
     RGBColor(86, 180, 233),
 ];
 
-/// One line.
+/// A curve.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {
-    /// What the legend calls it.
+    /// Name in the legend.
     pub name: String,
     /// x, y and the standard error of y (zero if there is none).
     pub points: Vec<[f64; 3]>,
-    /// Drawn as a thin, dark line without points of its own: a guide to the eye.
+    /// True for a guide to the eye: a thin, dark line without markers.
     pub guide: bool,
 }
 
-/// Lines in one frame.
+/// Curves in one frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curves {
-    /// Above the frame.
+    /// Title above the frame.
     pub title: String,
-    /// What runs to the right.
+    /// Label of the horizontal axis.
     pub x: String,
-    /// What runs upwards.
+    /// Label of the vertical axis.
     pub y: String,
-    /// Whether both axes are logarithmic; points that are not positive are left out then.
+    /// True if both axes are logarithmic. Points that are not positive are then left out.
     pub logarithmic: bool,
-    /// The lines.
+    /// Curves.
     pub series: Vec<Series>,
 }
 
 impl Curves {
-    /// Draws them.
+    /// Draws the curves.
     pub fn draw<B: DrawingBackend>(
         &self,
         area: &DrawingArea<B, Shift>,
@@ -164,7 +164,7 @@ impl Curves {
             .map_err(failed)?
             .label(&series.name)
             .legend(move |(x, y)| PathElement::new([(x, y), (x + long, y)], style));
-        // Few points are seen as such.
+        // Mark the points if they are few.
         if !series.guide && points.len() <= 40 {
             let dots = path.map(|p| Circle::new(p, scale.px(3), colour.filled()));
             chart.draw_series(dots).map_err(failed)?;

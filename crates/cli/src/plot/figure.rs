@@ -1,4 +1,4 @@
-//! Drawing on either kind of canvas, and writing what was drawn.
+//! Drawing figures as SVG or PNG, and writing the files.
 
 use super::{Curves, Map};
 use crate::command_error::CommandError;
@@ -15,44 +15,44 @@ use std::path::Path;
 
 /// Size of a figure, in pixels.
 pub const SIZE: (u32, u32) = (800, 500);
-/// Pixels of a PNG file per pixel of the figure: text stays sharp.
+/// Pixels of a PNG file per pixel of the figure, for sharp text.
 const SHARPNESS: u32 = 2;
 
-/// A format of figures.
+/// File format of figures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// Vectors.
+    /// Vector graphics.
     Svg,
-    /// Pixels.
+    /// Pixel graphics.
     Png,
 }
 
-/// Something to draw.
+/// A figure.
 #[derive(Clone, Debug)]
 pub enum Figure {
-    /// Lines with errors.
+    /// Curves with errors.
     Curves(Curves),
     /// Values over a plane, with a colour bar.
     Map(Map),
 }
 
-/// Sizes in pixels of the canvas.
+/// Number of canvas pixels per pixel of the figure.
 #[derive(Clone, Copy, Debug)]
 pub struct Scale(u32);
 
 impl Scale {
-    /// A length on the page.
+    /// Converts a length in the figure to canvas pixels.
     pub fn px(self, length: u32) -> u32 {
         length * self.0
     }
 
-    /// The height of text.
+    /// Returns the font with this height.
     pub fn font(self, height: u32) -> (&'static str, u32) {
         ("sans-serif", height * self.0)
     }
 }
 
-/// A failure to draw.
+/// Makes the error for a failure to draw.
 pub fn failed(error: impl Display) -> CommandError {
     CommandError::Runtime(format!("cannot draw the figure: {error}"))
 }
@@ -105,19 +105,19 @@ fn draw<B: DrawingBackend>(
     }
 }
 
-/// A number beside a tick.
+/// Formats a number beside a tick.
 pub fn label(value: &f64) -> String {
     let size = value.abs();
     let text = if size != 0.0 && !(1e-3..1e5).contains(&size) {
         format!("{value:.3e}").replace(".000e", "e")
     } else {
-        // Round-off of the ticks' positions is not shown.
+        // Hide round-off in the positions of ticks.
         format!("{}", (value * 1e9).round() / 1e9)
     };
     text.replace('-', "−")
 }
 
-/// The range of numbers, widened if it is empty.
+/// Returns the range of numbers, widened if it is empty.
 pub fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
     let finite = values.filter(|v| v.is_finite());
     let [low, high] = finite.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| {

@@ -1,4 +1,4 @@
-//! Values over a plane.
+//! Maps of values over a plane.
 
 use super::figure::{Scale, failed, label, range};
 use crate::command_error::CommandError;
@@ -8,30 +8,30 @@ use std::ops::Range;
 
 /// Width of the colour bar with its numbers, in pixels.
 const BAR: u32 = 120;
-/// Steps of the colour bar.
+/// Number of steps of the colour bar.
 const STEPS: usize = 200;
-/// Decades that a logarithmic scale shows below the largest value, at most.
+/// Largest number of decades of a logarithmic scale below the largest value.
 const DECADES: i32 = 6;
 
 /// A map of cells.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Map {
-    /// Above the frame.
+    /// Title above the frame.
     pub title: String,
-    /// What runs to the right, and the edges of the cells along it.
+    /// Label of the horizontal axis, and the edges of the cells along it.
     pub x: (String, Vec<f64>),
-    /// What runs upwards, and the edges of the cells along it.
+    /// Label of the vertical axis, and the edges of the cells along it.
     pub y: (String, Vec<f64>),
     /// Values, row by row from the bottom.
     pub values: Vec<f64>,
-    /// What they are.
+    /// Label of the values.
     pub quantity: String,
-    /// Whether colours go by their logarithm.
+    /// True if the colour scale is logarithmic.
     pub logarithmic: bool,
 }
 
 impl Map {
-    /// Draws it.
+    /// Draws the map.
     pub fn draw<B: DrawingBackend>(
         &self,
         area: &DrawingArea<B, Shift>,
@@ -42,7 +42,7 @@ impl Map {
         let [low, high] = self.limits();
         let (x, y) = (ends(&self.x.1), ends(&self.y.1));
         let caption = scale.font(20);
-        // One unit is as long upwards as to the right.
+        // Use equal lengths per unit on both axes.
         let (margin, foot, side, head) = (scale.px(12), scale.px(44), scale.px(70), scale.px(30));
         let room = (
             f64::from(width - scale.px(BAR) - 2 * margin - side),
@@ -95,7 +95,7 @@ impl Map {
         })
     }
 
-    /// Lowest and highest value that have colours of their own.
+    /// Returns the lowest and highest value of the colour scale.
     fn limits(&self) -> [f64; 2] {
         if !self.logarithmic {
             return range(self.values.iter().copied());
@@ -190,7 +190,7 @@ fn ends(edges: &[f64]) -> Range<f64> {
     edges.first().copied().unwrap_or(0.0)..edges.last().copied().unwrap_or(1.0)
 }
 
-/// Powers of ten in a range, or its ends if there are not two.
+/// Returns the powers of ten in a range, or its ends if there are fewer than two powers.
 fn decades(low: f64, high: f64) -> Vec<f64> {
     let first = low.log10().ceil() as i32;
     let last = high.log10().floor() as i32;
@@ -201,7 +201,7 @@ fn decades(low: f64, high: f64) -> Vec<f64> {
     }
 }
 
-/// A number beside the colour bar: three digits.
+/// Formats a number beside the colour bar with three digits.
 fn short(value: f64) -> String {
     let size = value.abs();
     if size != 0.0 && !(1e-2..1e4).contains(&size) {

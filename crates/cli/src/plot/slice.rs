@@ -1,4 +1,4 @@
-//! Sections through what meters have read.
+//! Sections through meter readings.
 
 use super::Map;
 use super::sources::wrong;
@@ -7,27 +7,27 @@ use io::Limits;
 use io::arrays::{Array, Arrays};
 use std::path::Path;
 
-/// Axes in space.
+/// Spatial axes.
 const SPACE: [&str; 3] = ["x", "y", "z"];
-/// Axes over which a sum means nothing: sidebands by their order, and correlations by their delay.
+/// Axes over which a sum is meaningless: the order of sidebands, and the delay of correlations.
 const APART: [&str; 2] = ["order", "delay"];
 
-/// What is shown of an array.
+/// Selection of a section through an array.
 #[derive(Clone, Copy, Debug)]
 pub struct Section<'a> {
-    /// Name of the array; the fluence if there is none.
+    /// Name of the array; the fluence if `None`.
     pub array: Option<&'a str>,
-    /// The axis across the section.
+    /// Axis perpendicular to the section.
     pub axis: &'a str,
-    /// Where on that axis.
+    /// Position on this axis.
     pub at: f64,
-    /// Numbers of bins of axes other than those in space. Bins of the others are added up.
+    /// Bins of axes that are not spatial, by name and number. Bins of other axes are added up.
     pub bins: &'a [(String, usize)],
-    /// Whether colours go by the logarithm.
+    /// True if the colour scale is logarithmic.
     pub logarithmic: bool,
 }
 
-/// A section through an array of a meter, across one of its axes.
+/// Makes a section through an array of a meter, perpendicular to one of its axes.
 pub fn slice(path: &Path, section: Section) -> Result<Map, CommandError> {
     let arrays = Arrays::read(path, Limits::default())?;
     let found = array(&arrays, section.array).map_err(|e| wrong(path, e))?;
@@ -35,7 +35,7 @@ pub fn slice(path: &Path, section: Section) -> Result<Map, CommandError> {
     map.map_err(|e| wrong(path, e))
 }
 
-/// The array of a name.
+/// Returns the array `name`; by default the fluence.
 fn array<'a>(arrays: &'a Arrays, name: Option<&str>) -> Result<&'a Array, String> {
     let is_over_space = |a: &&Array| SPACE.iter().all(|k| a.axes.iter().any(|x| x == k));
     let over_space = || arrays.list.iter().filter(is_over_space);
@@ -55,7 +55,7 @@ fn array<'a>(arrays: &'a Arrays, name: Option<&str>) -> Result<&'a Array, String
     })
 }
 
-/// Whether there are such bins, and all are said that must be.
+/// Checks that the bins exist, and that all required bins are given.
 fn check_bins(array: &Array, bins: &[(String, usize)]) -> Result<(), String> {
     let others =
         || (array.axes.iter().zip(&array.shape)).filter(|(a, _)| !SPACE.contains(&a.as_str()));
@@ -123,7 +123,7 @@ fn map(arrays: &Arrays, array: &Array, section: Section) -> Result<Map, String> 
     })
 }
 
-/// The edges of an array's cells along an axis.
+/// Returns the edges of an array's cells along an axis.
 fn edges(arrays: &Arrays, array: &Array, axis: &str) -> Result<Vec<f64>, String> {
     let meter = array.name.rsplit_once('.');
     let key = meter.map_or(format!("{axis}_edges"), |(meter, _)| {
@@ -137,7 +137,8 @@ fn edges(arrays: &Arrays, array: &Array, axis: &str) -> Result<Vec<f64>, String>
         .ok_or_else(|| format!("array '{key}' is missing or has another size"))
 }
 
-/// Values of a cell across the section, row by row: of some bins, sums over all bins of other axes, and means over channels.
+/// Returns the values of a cell across the section, row by row. It selects the given bins, sums
+/// over all bins of other axes, and averages over channels.
 fn values(
     array: &Array,
     [axis, right, up]: [&str; 3],

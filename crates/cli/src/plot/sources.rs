@@ -1,4 +1,4 @@
-//! What figures are made of: images, arrays of meters, and statistics of renders.
+//! Sources of figures: images, arrays of meters, and statistics of renders.
 
 use super::{Curves, Map, Series};
 use crate::command_error::CommandError;
@@ -8,12 +8,12 @@ use io::image::{ImageLayers, Layer, exr};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
-/// A line of pixels.
+/// A row or column of pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ProfileLine {
-    /// From left to right.
+    /// Row, from left to right.
     Row(usize),
-    /// From top to bottom.
+    /// Column, from top to bottom.
     Column(usize),
 }
 
@@ -26,7 +26,7 @@ fn name_of(path: &Path) -> String {
         .map_or_else(String::new, |s| s.to_string_lossy().into_owned())
 }
 
-/// The channel to show: the one that is named, or else the mean over all.
+/// Returns the named channel, or by default the mean over all channels.
 fn values(layer: &Layer, channel: Option<&str>) -> Result<Vec<f64>, String> {
     let known = || {
         let names: Vec<&str> = layer.channels.iter().map(|(n, _)| n.as_str()).collect();
@@ -54,7 +54,8 @@ fn values(layer: &Layer, channel: Option<&str>) -> Result<Vec<f64>, String> {
     }
 }
 
-/// Standard errors of the same: channels of an image share paths, so errors of their mean are added up.
+/// Returns the standard errors of the result of `values`. Channels of an image share paths, so the
+/// errors of their mean are added up.
 fn errors(image: &ImageLayers, layer: &str, channel: Option<&str>) -> Option<Vec<f64>> {
     let name = match layer {
         "" => "variance".to_owned(),
@@ -86,7 +87,7 @@ fn layer_of<'a>(
     })
 }
 
-/// Values along a line of pixels of several images.
+/// Makes curves of values along a line of pixels of several images.
 pub fn profile(
     paths: &[PathBuf],
     line: ProfileLine,
@@ -109,7 +110,7 @@ pub fn profile(
             ));
         }
         let values = values(layer_of(path, &image, layer)?, channel).map_err(|e| wrong(path, e))?;
-        // One sample per pixel knows no error: no band.
+        // With a single sample per pixel, errors are unknown: draw no band.
         let errors = errors(&image, layer, channel).filter(|e| e.iter().all(|e| e.is_finite()));
         let point = |k: usize| {
             let i = match line {
@@ -142,7 +143,7 @@ pub fn profile(
     })
 }
 
-/// A layer of an image in false colours.
+/// Makes a map of an image layer in false colours.
 pub fn picture(
     path: &Path,
     layer: &str,
@@ -173,7 +174,7 @@ fn quantity(layer: &str, channel: Option<&str>) -> String {
     }
 }
 
-/// Light over its optical length or time: of whole images, or of one of their pixels.
+/// Makes curves of light over optical length or time, for whole images or one of their pixels.
 pub fn histogram(
     paths: &[PathBuf],
     pixel: Option<[usize; 2]>,
@@ -237,12 +238,12 @@ struct BinAxis {
     min: f64,
     width: f64,
     count: usize,
-    /// The part of the layers' names that means all of the light where other layers are what it is made of: `total` or `S0`.
+    /// Part name for all of the light, if other layers are components of it: `total` or `S0`.
     whole: Option<&'static str>,
 }
 
 impl BinAxis {
-    /// Whether a layer is part of the light of a bin.
+    /// Returns true if a layer is part of the light in a bin.
     fn is_of(&self, bin: usize, layer: &Layer) -> bool {
         let of_bin = layer.name.strip_prefix(&format!("{}.{bin:04}", self.name));
         let parts = of_bin.filter(|rest| rest.is_empty() || rest.starts_with('.'));
@@ -253,7 +254,7 @@ impl BinAxis {
     }
 }
 
-/// The bins that an image's attributes speak of.
+/// Returns the bins in an image's attributes.
 fn bins(image: &ImageLayers) -> Option<BinAxis> {
     let axes: Value = serde_json::from_str(image.attribute("decomposition")?).ok()?;
     let axes = axes.as_array()?;
@@ -269,7 +270,7 @@ fn bins(image: &ImageLayers) -> Option<BinAxis> {
     })
 }
 
-/// Relative standard errors of renders against their samples, from `--stats` files.
+/// Makes curves of relative standard errors over samples, from `--stats` files.
 pub fn convergence(paths: &[PathBuf]) -> Result<Curves, CommandError> {
     let mut series: Vec<Series> = Vec::new();
     for path in paths {
@@ -297,7 +298,7 @@ pub fn convergence(paths: &[PathBuf]) -> Result<Curves, CommandError> {
     for s in &mut series {
         s.points.sort_by(|a, b| a[0].total_cmp(&b[0]));
     }
-    // What independent samples do.
+    // Add the convergence of independent samples as a guide.
     if let Some([n, e, _]) = series.first().and_then(|s| s.points.first()).copied() {
         let last = series
             .iter()

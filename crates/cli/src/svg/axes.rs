@@ -1,4 +1,4 @@
-//! Frame, grid, ticks and labels.
+//! Frame, grid, ticks and labels of plots.
 
 use super::colour::{FAINT, INK};
 use super::escape;
@@ -6,11 +6,11 @@ use super::ticks::ticks;
 use super::view::View;
 use std::fmt::Write;
 
-/// Pixels between ticks, about.
+/// Approximate number of pixels between ticks.
 const SPACING: f64 = 80.0;
 const NAMES: [&str; 3] = ["x", "y", "z"];
 
-/// Ticks of an axis: positions in pixels from the left or from the top, and labels.
+/// Returns the ticks of an axis: positions in pixels from the left or from the top, and labels.
 fn places(view: &View, k: usize) -> Vec<(f64, String)> {
     let [low, high] = view.range(k);
     let size = view.size()[k];
@@ -25,7 +25,7 @@ fn places(view: &View, k: usize) -> Vec<(f64, String)> {
         .collect()
 }
 
-/// Faint lines at the ticks.
+/// Draws faint lines at the ticks.
 pub fn grid(view: &View) -> String {
     let [width, height] = view.size();
     let mut path = String::new();
@@ -38,7 +38,7 @@ pub fn grid(view: &View) -> String {
     format!("<path d=\"{path}\" stroke=\"{INK}\" stroke-opacity=\"0.07\"/>\n")
 }
 
-/// Frame, ticks with their labels, names of the axes, title and note.
+/// Draws the frame, ticks with labels, names of the axes, title and note.
 pub fn frame(view: &View, title: &str) -> String {
     let [width, height] = view.size();
     let mut out = format!(
@@ -84,7 +84,7 @@ pub fn frame(view: &View, title: &str) -> String {
     out
 }
 
-/// A tick mark; its text is drawn by its owner.
+/// Draws a tick mark without its text.
 pub fn tick([x, y]: [f64; 2], [dx, dy]: [f64; 2]) -> String {
     format!("<path d=\"M{x:.2},{y:.2}l{dx},{dy}\" stroke=\"{INK}\"/>\n")
 }

@@ -1,12 +1,12 @@
 //! Colours of plots.
 
-/// Rays.
+/// Colour of rays.
 pub const RAY: &str = "#c2410c";
-/// Text, frames and outlines.
+/// Colour of text, frames and outlines.
 pub const INK: &str = "#1f2937";
-/// Secondary text.
+/// Colour of secondary text.
 pub const FAINT: &str = "#6b7280";
-/// The scale of the index, from low to high, in sRGB: light enough for rays to stand out.
+/// Colour scale of the index, from low to high, in sRGB; light enough for rays to stand out.
 const SCALE: [[f64; 3]; 4] = [
     [0.965, 0.975, 0.990],
     [0.800, 0.880, 0.955],
@@ -14,7 +14,7 @@ const SCALE: [[f64; 3]; 4] = [
     [0.330, 0.545, 0.790],
 ];
 
-/// The colour at `t` in [0, 1] of the scale, in sRGB.
+/// Returns the colour at `t` in [0, 1] of the scale, in sRGB.
 pub fn scale(t: f64) -> [f64; 3] {
     let position = t.clamp(0.0, 1.0) * (SCALE.len() - 1) as f64;
     let i = (position as usize).min(SCALE.len() - 2);
@@ -22,7 +22,7 @@ pub fn scale(t: f64) -> [f64; 3] {
     std::array::from_fn(|c| SCALE[i][c] * (1.0 - u) + SCALE[i + 1][c] * u)
 }
 
-/// A colour as SVG writes it.
+/// Formats a colour for SVG.
 pub fn hex(rgb: [f64; 3]) -> String {
     let [r, g, b] = rgb.map(|v| (v * 255.0).round() as u8);
     format!("#{r:02x}{g:02x}{b:02x}")

@@ -1,4 +1,4 @@
-//! The refractive index as a background, with its colour bar.
+//! Background that shows the refractive index, with its colour bar.
 
 use super::axes::tick;
 use super::colour::{INK, hex, scale};
@@ -16,10 +16,10 @@ use transport::Scene;
 
 /// Side of a cell of the background, in pixels of the page.
 const CELL: f64 = 2.0;
-/// Differences of the index below this are round-off.
+/// Largest difference of the index that counts as round-off.
 const FLAT: f64 = 1e-9;
 
-/// The index over the window.
+/// Refractive index over the window.
 #[derive(Debug)]
 pub struct Heat {
     png: String,
@@ -28,8 +28,9 @@ pub struct Heat {
 }
 
 impl Heat {
-    /// The index in the plane of a view; `None` if it is the same wherever it counts. Colours show where
-    /// the index varies; if it does so only from medium to medium, they show all media.
+    /// Computes the index in the plane of a view. Colours show media with varying index; if no
+    /// index varies within a medium, they show all media. Returns `None` if all shown indices are
+    /// equal.
     pub fn new(scene: &Scene, view: &View) -> Result<Option<Heat>, CommandError> {
         let [width, height] = view.size().map(|s| (s / CELL).ceil().max(1.0) as usize);
         let place = |i: usize| [(i % width) as f64, (i / width) as f64].map(|c| (c + 0.5) * CELL);
@@ -72,7 +73,7 @@ impl Heat {
         Ok(Some(Heat { png, low, high }))
     }
 
-    /// The background.
+    /// Draws the background.
     pub fn image(&self, view: &View) -> String {
         let [width, height] = view.size().map(|s| (s / CELL).ceil() * CELL);
         format!(
@@ -82,7 +83,7 @@ impl Heat {
         )
     }
 
-    /// The colour bar to the right of a plot.
+    /// Draws the colour bar to the right of a plot.
     pub fn bar(&self, width: f64, height: f64) -> String {
         const STOPS: usize = 6;
         let (x, bar) = (width + 22.0, 14.0);

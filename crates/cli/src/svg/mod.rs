@@ -23,11 +23,11 @@ const MARGIN: [f64; 4] = [72.0, 44.0, 24.0, 62.0];
 /// Space for the colour bar, in pixels.
 const BAR: f64 = 84.0;
 
-/// Starts are marked for no more rays than this.
+/// Largest number of rays with marked starts.
 const MOST_DOTS: usize = 30;
 
-/// An SVG document that shows rays, the outlines of objects and the index, in the coordinate plane in
-/// which the rays extend most.
+/// Returns an SVG document that shows rays, the outlines of objects and the index, in the
+/// coordinate plane of the rays' two largest extents.
 pub fn plot(scene: &Scene, paths: &[Path], title: &str) -> Result<String, CommandError> {
     let view = View::new(scene, paths);
     let heat = Heat::new(scene, &view)?;
@@ -51,7 +51,7 @@ pub fn plot(scene: &Scene, paths: &[Path], title: &str) -> Result<String, Comman
     Ok(out)
 }
 
-/// Opens the document and the group in whose coordinates the plot starts at the origin.
+/// Opens the document, and the group in which the plot starts at the origin.
 fn header(width: f64, height: f64, plot: [f64; 2]) -> String {
     let [left, top, ..] = MARGIN;
     format!(
@@ -65,7 +65,7 @@ fn header(width: f64, height: f64, plot: [f64; 2]) -> String {
     )
 }
 
-/// The rays, with a dot where each starts. Many rays are drawn finer and fainter.
+/// Draws the rays, with a dot at each start. Many rays are drawn thinner and fainter.
 fn rays(paths: &[Path], view: &View) -> String {
     let crowd = (paths.len() as f64 / 16.0).max(1.0).sqrt();
     let (stroke, opacity) = (1.7 / crowd.min(2.0), 0.85 / crowd.min(2.0));
@@ -97,7 +97,8 @@ fn rays(paths: &[Path], view: &View) -> String {
     out
 }
 
-/// A point far outside of the plot on a ray that has left the scene: it is drawn up to the frame.
+/// Returns a point far outside the plot on a ray that has left the scene, so that the ray reaches
+/// the frame.
 fn beyond(path: &Path) -> Option<DVec3> {
     let last = path
         .points
@@ -106,7 +107,7 @@ fn beyond(path: &Path) -> Option<DVec3> {
     Some(last.x + last.direction * (10.0 * last.arc_length))
 }
 
-/// Text that cannot end an element or an attribute.
+/// Escapes text, so that it cannot end an element or an attribute.
 fn escape(text: &str) -> String {
     text.chars()
         .map(|c| match c {

@@ -8,18 +8,18 @@ use std::fmt::Write;
 use transport::Scene;
 use transport::shape::Shape;
 
-/// Side of a cell in which a boundary is looked for, in pixels of the page.
+/// Side of a cell in the search for boundaries, in pixels of the page.
 const CELL: f64 = 5.0;
-/// Halvings that place a boundary between two corners of a cell.
+/// Number of bisections that locate a boundary between two corners of a cell.
 const HALVINGS: u32 = 10;
 
-/// A place of the page.
+/// A position on the page, in pixels.
 type PagePoint = [f64; 2];
-/// A side of a cell: its first corner, and whether it goes down rather than right.
+/// A side of a cell: its first corner, and true if it goes down, false if it goes right.
 type Side = (usize, usize, bool);
 
-/// The outlines of all objects where the plane of the view cuts them; boxes stand for open shapes, and
-/// dashed ones for closed shapes that the plane misses.
+/// Draws the outlines of all objects in the plane of the view. Open shapes are drawn as boxes, and
+/// closed shapes outside the plane as dashed boxes.
 pub fn outlines(scene: &Scene, view: &View) -> String {
     let mut out = format!(
         "<g fill=\"none\" stroke=\"{INK}\" stroke-opacity=\"0.75\" stroke-width=\"1.4\" \
@@ -52,11 +52,11 @@ fn outline_box(aabb: &Aabb, dashed: bool, view: &View) -> String {
     format!("<path d=\"M{x0:.2},{y0:.2}H{x1:.2}V{y1:.2}H{x0:.2}Z\"{dash}/>\n")
 }
 
-/// The boundary of a closed shape in the plane of the view as a path, by marching squares with
-/// corners placed on it by bisection.
+/// Returns the boundary of a closed shape in the plane of the view as a path. Marching squares find
+/// it, and bisection locates its corners.
 fn section(shape: &Shape, view: &View) -> String {
     let size = view.size();
-    // One more cell on every side: what touches the frame is still closed, outside of it.
+    // Add a cell on every side, so that shapes that touch the frame are closed outside it.
     let [columns, rows] = size.map(|s| (s / CELL).ceil() as usize + 3);
     let corner = |i: usize, j: usize| [(i as f64 - 1.0) * CELL, (j as f64 - 1.0) * CELL];
     let contains = |p: PagePoint| shape.contains(view.point(p));
@@ -103,7 +103,7 @@ fn section(shape: &Shape, view: &View) -> String {
         .collect()
 }
 
-/// The boundary between two corners of which one is inside.
+/// Locates the boundary between two corners, one of which is inside.
 fn bisect(contains: &impl Fn(PagePoint) -> bool, mut a: PagePoint, mut b: PagePoint) -> PagePoint {
     let side = contains(a);
     for _ in 0..HALVINGS {
@@ -117,7 +117,8 @@ fn bisect(contains: &impl Fn(PagePoint) -> bool, mut a: PagePoint, mut b: PagePo
     a
 }
 
-/// One line from `start` through sides that are linked, taken out of `next`; empty if none is left.
+/// Returns a line from `start` through linked sides, and removes it from `next`; empty if none is
+/// left.
 fn chain(
     start: Side,
     next: &mut HashMap<Side, Vec<Side>>,

@@ -1,7 +1,7 @@
-//! Rays over a picture of the scene, where its camera sees them.
+//! Rays drawn over a picture of the scene, as its camera sees them.
 //!
-//! A point is seen along the curved ray that joins it to the camera, as the light that it scatters is, so
-//! that lines lie on the beams of a picture.
+//! The camera sees a point along the curved ray that connects the point to the camera, like the
+//! light that the point scatters. Lines therefore lie on the beams of a picture.
 
 use super::colour::RAY;
 use crate::command_error::CommandError;
@@ -18,12 +18,12 @@ use transport::scene::MediumId;
 use transport::sensor::Sensor;
 use transport::trace::Path;
 
-/// Points per ray: what is straight in the scene need not be so in the picture.
+/// Number of points per ray: a line that is straight in the scene may be curved in the picture.
 const PIECES: f64 = 200.0;
 /// Width of lines, relative to the larger side of the picture.
 const STROKE: f64 = 0.002;
 
-/// An SVG document with a picture (a PNG file) and the rays over it.
+/// Returns an SVG document with a picture (a PNG file) and the rays over it.
 pub fn overlay(
     scene: &Scene,
     paths: &[Path],
@@ -64,11 +64,12 @@ pub fn overlay(
     Ok(out)
 }
 
-/// Width and height of a picture that has the proportions of the scene's film.
+/// Returns width and height of a picture. Refuses a picture whose proportions differ from the
+/// film's.
 fn size(scene: &Scene, picture: &std::path::Path) -> Result<[f64; 2], CommandError> {
     let image = png::read(picture).map_err(|e| CommandError::Usage(e.to_string()))?;
     let film = scene.film();
-    // One side follows from the other up to a pixel.
+    // The proportions determine a side up to a pixel.
     let [width, height] = [image.width, image.height].map(|n| n as f64);
     let expected = width * film.height as f64 / film.width as f64;
     if (height - expected).abs() > 1.0 {
@@ -89,13 +90,13 @@ struct Eye<'a> {
 }
 
 impl Eye<'_> {
-    /// The parts of a ray that are seen, as positions on the picture from (0, 0) to (1, 1).
+    /// Returns the visible parts of a ray, as positions on the picture from (0, 0) to (1, 1).
     fn lines(&mut self, path: &Path) -> Vec<Vec<[f64; 2]>> {
         let mut lines = vec![Vec::new()];
         let longest = path.points.last().map_or(0.0, |p| p.arc_length) / PIECES;
         for pair in path.points.windows(2) {
             let pieces = ((pair[1].arc_length - pair[0].arc_length) / longest).ceil();
-            // Points amid the pieces: the ends may lie on surfaces.
+            // Use the midpoints of pieces, because the ends may lie on surfaces.
             for i in 0..pieces as usize {
                 let x = pair[0].x.lerp(pair[1].x, (i as f64 + 0.5) / pieces);
                 match self.place(x, pair[0].medium) {
@@ -108,7 +109,8 @@ impl Eye<'_> {
         lines
     }
 
-    /// Where a point of a medium is seen; `None` if it is hidden or outside of the picture.
+    /// Returns the position at which the camera sees a point of a medium; `None` if the point is
+    /// hidden or outside the picture.
     fn place(&mut self, x: DVec3, medium: MediumId) -> Option<[f64; 2]> {
         let eye = self.camera.position();
         let found = self.solver.connect(self.scene, x, medium, eye).ok()?;
@@ -117,7 +119,7 @@ impl Eye<'_> {
         let film = self.scene.film();
         let [x, y] = film.position(self.camera.sense(eye, -found.direction_in)?.image);
         let place = [x / film.width as f64, y / film.height as f64];
-        // Lines to places a little outside are cut off by the frame.
+        // Keep positions slightly outside: the frame clips the lines.
         place
             .iter()
             .all(|x| (-0.5..=1.5).contains(x))

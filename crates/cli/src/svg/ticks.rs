@@ -1,6 +1,6 @@
 //! Round numbers along an axis.
 
-/// Round numbers in [low, high], about `count` of them, with the digits they need.
+/// Returns about `count` round numbers in [low, high], with the digits they need.
 pub fn ticks(low: f64, high: f64, count: usize) -> Vec<(f64, String)> {
     let raw = (high - low) / count.max(1) as f64;
     if !(raw > 0.0 && raw.is_finite()) {
@@ -12,7 +12,7 @@ pub fn ticks(low: f64, high: f64, count: usize) -> Vec<(f64, String)> {
             .into_iter()
             .find(|s| s * power >= raw)
             .unwrap_or(10.0);
-    // The step's own leading digit sets the number of decimals.
+    // The leading digit of the step determines the number of decimals.
     let decimals = (-(step.log10() + 1e-9).floor()).clamp(0.0, 17.0) as usize;
     let (first, last) = (
         (low / step - 1e-9).ceil() as i64,

@@ -1,21 +1,21 @@
-//! Which part of the scene is shown, and where on the page.
+//! Section of the scene on the page.
 
 use eikonal::Aabb;
 use glam::DVec3;
 use transport::Scene;
 use transport::trace::Path;
 
-/// Largest plot, in pixels.
+/// Largest width and height of a plot, in pixels.
 const LARGEST: [f64; 2] = [860.0, 720.0];
-/// Lowest plot relative to its width: a single straight ray needs room, too.
+/// Least height of a plot relative to its width, so that a single straight ray has room.
 const FLATTEST: f64 = 0.3;
-/// Free space around what is shown, relative to its larger side.
+/// Padding around the content, relative to its larger side.
 const PADDING: f64 = 0.04;
 
 /// A window onto a coordinate plane.
 #[derive(Clone, Copy, Debug)]
 pub struct View {
-    /// The axes to the right, upwards, and towards the reader or away.
+    /// Axes to the right, upwards, and perpendicular to the page.
     pub axes: [usize; 3],
     /// Coordinate of the plane along the third axis.
     pub depth: f64,
@@ -25,7 +25,7 @@ pub struct View {
 }
 
 impl View {
-    /// A window that shows the rays, and as a whole the shapes whose inside they pass.
+    /// Makes a window that shows the rays, and the whole of each shape whose interior they cross.
     pub fn new(scene: &Scene, paths: &[Path]) -> Self {
         let points = || paths.iter().flat_map(|p| &p.points);
         let rays = Aabb::around(points().map(|p| p.x));
@@ -66,17 +66,17 @@ impl View {
         }
     }
 
-    /// Width and height of the plot, in pixels.
+    /// Returns width and height of the plot, in pixels.
     pub fn size(&self) -> [f64; 2] {
         [0, 1].map(|k| (self.max[k] - self.min[k]) * self.scale)
     }
 
-    /// Range of coordinates to the right (0) or upwards (1).
+    /// Returns the range of coordinates to the right (0) or upwards (1).
     pub fn range(&self, k: usize) -> [f64; 2] {
         [self.min[k], self.max[k]]
     }
 
-    /// Where a position of the scene lies on the page, from the top left of the plot.
+    /// Converts a position in the scene to pixels on the page, from the top left of the plot.
     pub fn place(&self, x: DVec3) -> [f64; 2] {
         [
             (x[self.axes[0]] - self.min[0]) * self.scale,
@@ -84,7 +84,7 @@ impl View {
         ]
     }
 
-    /// The point of the plane at a place of the page.
+    /// Converts a position on the page to a point of the plane.
     pub fn point(&self, [right, down]: [f64; 2]) -> DVec3 {
         let mut x = DVec3::ZERO;
         x[self.axes[0]] = self.min[0] + right / self.scale;
@@ -94,7 +94,7 @@ impl View {
     }
 }
 
-/// The axes in the order in which a page shows them: the longest to the right, the next upwards.
+/// Returns the axes in their order on the page: the longest to the right, the next upwards.
 fn axes(rays: &Aabb) -> [usize; 3] {
     let size = rays.size();
     let mut axes = [0, 1, 2];

@@ -1,10 +1,10 @@
-//! Where several rays start.
+//! Starts of a fan of rays.
 
 use eikonal::ray::perpendicular_basis;
 use glam::DVec3;
 
-/// `rays` starts (position, unit direction) around a middle one, in a plane: positions evenly over
-/// `width` across the direction, directions evenly over `spread` radians.
+/// Returns `rays` starts (position, unit direction) in a plane, around a central one. Positions are
+/// spaced evenly over `width` across the direction, directions evenly over `spread` radians.
 ///
 /// The plane contains the direction and the coordinate axis y, or x if the direction is nearly along y.
 pub fn fan(

@@ -1,18 +1,18 @@
-//! Rays as lines for programs that show geometry.
+//! Rays as lines, for programs that show geometry.
 
 use std::fmt::Write;
 use std::ops::Range;
 use transport::trace::{Path, TracePoint};
 
-/// A number that a point has.
+/// A number of a point.
 type Scalar = fn(&TracePoint) -> f64;
 
-/// All points, ray by ray.
+/// Returns all points, ray by ray.
 fn points(paths: &[Path]) -> impl Iterator<Item = &TracePoint> {
     paths.iter().flat_map(|p| &p.points)
 }
 
-/// The numbers of each ray's points, counted from 0 over all rays.
+/// Returns the range of each ray's point numbers, counted from 0 over all rays.
 fn ranges(paths: &[Path]) -> impl Iterator<Item = Range<usize>> {
     paths.iter().scan(0, |end, path| {
         let start = *end;
@@ -31,7 +31,8 @@ fn position(point: &TracePoint) -> String {
     format!("{x} {y} {z}")
 }
 
-/// A Wavefront OBJ file, in which each ray is a polyline. (Here and below writing to a string cannot fail.)
+/// Returns a Wavefront OBJ file with a polyline per ray. (Here and below, writing to a string
+/// cannot fail.)
 pub fn obj(paths: &[Path]) -> String {
     let mut out = String::new();
     for point in points(paths) {
@@ -44,8 +45,8 @@ pub fn obj(paths: &[Path]) -> String {
     out
 }
 
-/// A PLY file of vertices, with arc length, optical path length, index and optical path difference, and of edges, with the number of
-/// their ray.
+/// Returns a PLY file. Its vertices have arc length, optical path length, index and optical path
+/// difference; its edges have the number of their ray.
 pub fn ply(paths: &[Path]) -> String {
     let edges: usize = ranges(paths).map(|r| r.len().saturating_sub(1)).sum();
     let mut out = format!(
@@ -67,8 +68,8 @@ pub fn ply(paths: &[Path]) -> String {
     out
 }
 
-/// A legacy VTK file of lines, with arc length, optical path length, index, optical path difference and direction at their
-/// points.
+/// Returns a legacy VTK file of lines. Their points have arc length, optical path length, index,
+/// optical path difference and direction.
 pub fn vtk(paths: &[Path]) -> String {
     let count = points(paths).count();
     let mut out = format!(

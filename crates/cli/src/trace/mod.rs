@@ -1,4 +1,4 @@
-//! Where rays start, and files of rays.
+//! Starts of rays, and files of rays.
 
 mod fan;
 mod lines;

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use transport::Scene;
 use transport::trace::{Path, TraceEnding};
 
-/// One line per point; with optical path differences in waves, if there is a wavelength.
+/// Returns a line per point; with a wavelength, optical path differences are also given in waves.
 pub fn csv(scene: &Scene, paths: &[Path], wavelength: Option<f64>) -> String {
     let waves = wavelength.map_or("", |_| ",waves");
     let mut out = format!("ray,point,x,y,z,dx,dy,dz,arc_length,opl,index,medium,opd{waves}\n");
@@ -26,7 +26,7 @@ pub fn csv(scene: &Scene, paths: &[Path], wavelength: Option<f64>) -> String {
     out
 }
 
-/// A field as RFC 4180 wants it.
+/// Quotes a field as RFC 4180 requires.
 fn quoted(text: &str) -> String {
     if text.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", text.replace('"', "\"\""))
@@ -35,7 +35,7 @@ fn quoted(text: &str) -> String {
     }
 }
 
-/// One object per ray; with optical path differences in waves, if there is a wavelength.
+/// Returns an object per ray; with a wavelength, optical path differences are also given in waves.
 pub fn json(scene: &Scene, paths: &[Path], wavelength: Option<f64>) -> Value {
     let ray = |path| ray(scene, path, wavelength);
     let rays: Vec<Value> = paths.iter().map(ray).collect();

@@ -1,4 +1,4 @@
-//! A scene as JSON.
+//! Description of a scene as JSON.
 
 use super::{
     constant_index, diffraction, emission, emitted_power, extinction_and_albedo, film_memory,
@@ -13,7 +13,7 @@ use std::path::Path;
 use transport::emitter::Emitter;
 use transport::scene::MediumId;
 
-/// All that the text says, and warnings.
+/// Returns all facts of the text, and warnings.
 pub fn describe(path: &Path, loaded: &Loaded) -> Value {
     let scene = loaded.scene();
     let emitters = scene.emitters().iter().zip(&loaded.emitter_names);
@@ -77,7 +77,7 @@ fn emitter(loaded: &Loaded, emitter: &Emitter, name: &str) -> Value {
     })
 }
 
-/// A grid of the index that is held by fewer samples than its file has.
+/// Describes a grid of the index that is held with fewer samples than its file has.
 fn condensed(grid: &CondensedGrid) -> Value {
     json!({
         "type": grid.plugin,
@@ -88,7 +88,8 @@ fn condensed(grid: &CondensedGrid) -> Value {
     })
 }
 
-/// A volume of sound; lengths are in scene units, the frequency is in Hz, the time step in seconds.
+/// Describes a volume of sound. Lengths are in scene units, the frequency in Hz, the time step in
+/// seconds.
 fn sound(record: &SoundRecord) -> Value {
     let from = |value: Value, source: FactSource| json!({ "value": value, "from": source.name() });
     let series = record.series.as_ref().map(|series| {
@@ -111,8 +112,9 @@ fn sound(record: &SoundRecord) -> Value {
     })
 }
 
-/// Lengths are in scene units; "extinction" and "albedo" are null in clear media, "emission" in dark ones, "mean_cosine" where light is not scattered or
-/// that varies in space.
+/// Describes a medium, with lengths in scene units. "extinction" and "albedo" are null in clear
+/// media, "emission" in dark media. "mean_cosine" is null if light is not scattered, or if it
+/// varies in space.
 fn medium(loaded: &Loaded, id: MediumId) -> Value {
     let scene = loaded.scene();
     let (medium, region) = (scene.medium(id), &scene.regions()[id]);

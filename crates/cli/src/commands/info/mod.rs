@@ -1,4 +1,4 @@
-//! `morgana info`: what is known of a scene, in words and as JSON.
+//! `morgana info`: facts about a scene, as text and as JSON.
 
 mod json;
 mod text;
@@ -39,7 +39,7 @@ pub fn info(args: &InfoArgs) -> Result<ExitCode, CommandError> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The kind of camera.
+/// Returns the kind of camera.
 fn sensor_kind(scene: &Scene) -> &'static str {
     match scene.sensor() {
         Sensor::Perspective(_) => "perspective",
@@ -51,7 +51,8 @@ fn sensor_kind(scene: &Scene) -> &'static str {
     }
 }
 
-/// The median distance in pixels by which the sensor's aperture diffracts light, for each group of channels, if it does.
+/// Returns the median distance in pixels by which the sensor's aperture diffracts light, for each
+/// group of channels with diffraction.
 fn diffraction(loaded: &Loaded) -> Vec<f64> {
     let median = |scene: &Scene| {
         let film = scene.film();
@@ -63,8 +64,8 @@ fn diffraction(loaded: &Loaded) -> Vec<f64> {
     loaded.groups.iter().filter_map(median).collect()
 }
 
-/// Bytes that all films take while they are rendered, and those that they take with images of strategies,
-/// where there are any.
+/// Returns the bytes of all films during a render, without and with images of strategies. The
+/// second number is `None` if the integrator has no strategies.
 fn film_memory(loaded: &Loaded) -> (usize, Option<usize>) {
     let image = Run::new(loaded);
     let strategies = Run {
@@ -79,7 +80,7 @@ fn film_memory(loaded: &Loaded) -> (usize, Option<usize>) {
     )
 }
 
-/// Name, cells and bytes of every meter.
+/// Returns name, number of cells and bytes of every meter.
 fn meters(loaded: &Loaded) -> impl Iterator<Item = (&str, usize, usize)> {
     loaded.instruments.iter().map(|instrument| {
         let cells = instrument.meter.cells();
@@ -89,7 +90,7 @@ fn meters(loaded: &Loaded) -> impl Iterator<Item = (&str, usize, usize)> {
     })
 }
 
-/// Smallest and largest index of a medium that is the same everywhere, over the wavelengths.
+/// Returns smallest and largest index of a medium with constant index, over the wavelengths.
 fn constant_index(loaded: &Loaded, id: MediumId) -> (f64, f64) {
     let indices = loaded.groups.iter().map(|s| s.n(id, DVec3::ZERO));
     indices.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), n| {
@@ -97,7 +98,7 @@ fn constant_index(loaded: &Loaded, id: MediumId) -> (f64, f64) {
     })
 }
 
-/// Smallest and largest extinction and albedo of a medium, over all channels.
+/// Returns smallest and largest extinction and albedo of a medium, over all channels.
 fn extinction_and_albedo(loaded: &Loaded, id: MediumId) -> [(f64, f64); 2] {
     let all = |texture: fn(&Medium) -> &VolumeTexture| {
         range(in_groups(loaded, id).map(|(medium, channels)| (texture(medium), channels)))
@@ -107,7 +108,8 @@ fn extinction_and_albedo(loaded: &Loaded, id: MediumId) -> [(f64, f64); 2] {
     [(low * scale, high * scale), all(|m| &m.albedo)]
 }
 
-/// Smallest and largest mean cosine of scattering in a medium, over all channels; `None` if it does not scatter, or varies in space.
+/// Returns smallest and largest mean cosine of scattering in a medium, over all channels; `None` if
+/// the medium does not scatter, or if the mean cosine varies in space.
 fn mean_cosine(loaded: &Loaded, id: MediumId) -> Option<(f64, f64)> {
     let medium = loaded.scene().medium(id);
     if !medium.scatters() || !medium.phase.is_uniform() {
@@ -121,7 +123,7 @@ fn mean_cosine(loaded: &Loaded, id: MediumId) -> Option<(f64, f64)> {
     )
 }
 
-/// Smallest and largest emission of a medium, over all channels; `None` if it is dark.
+/// Returns smallest and largest emission of a medium, over all channels; `None` if it is dark.
 fn emission(loaded: &Loaded, id: MediumId) -> Option<(f64, f64)> {
     let media = in_groups(loaded, id);
     let emissions: Option<Vec<_>> = media
@@ -130,7 +132,8 @@ fn emission(loaded: &Loaded, id: MediumId) -> Option<(f64, f64)> {
     Some(range(emissions?.into_iter()))
 }
 
-/// Power that a medium emits, summed over all channels, and its standard error; `None` if it is dark.
+/// Returns the power that a medium emits, summed over all channels, and its standard error; `None`
+/// if it is dark.
 fn emitted_power(loaded: &Loaded, id: MediumId) -> Option<[f64; 2]> {
     let mut sums = None;
     for (group, scene) in loaded.groups.iter().enumerate() {
@@ -145,14 +148,14 @@ fn emitted_power(loaded: &Loaded, id: MediumId) -> Option<[f64; 2]> {
     sums
 }
 
-/// A medium in each group of channels, and the number of these.
+/// Returns a medium in each group of channels, with the group's number of channels.
 fn in_groups(loaded: &Loaded, id: MediumId) -> impl Iterator<Item = (&Medium, usize)> {
     let groups = loaded.groups.iter().enumerate();
     groups.map(move |(group, s)| (s.medium(id), s.film().channels_of(group)))
 }
 
-/// What finds an emitter's light, and how much of it, in words; and whether that is all. `None` if it is not
-/// for a camera.
+/// Describes which estimators find an emitter's light, and which light they miss. The flag is true
+/// if they miss none. Returns `None` for scenes with meters.
 fn found(loaded: &Loaded, emitter: &Emitter) -> Option<(String, bool)> {
     let integrator = loaded.renderer.integrator();
     let required = integrator.map_or(RequiredConnection::Nothing, |i| i.requires(emitter.class()));
@@ -191,7 +194,8 @@ fn partially(reflections: u32) -> String {
     }
 }
 
-/// Smallest and largest value over all groups of channels, of which so many count.
+/// Returns smallest and largest value over all groups of channels. The number in each pair is the
+/// group's number of channels.
 fn range<'a>(textures: impl Iterator<Item = (&'a VolumeTexture, usize)>) -> (f64, f64) {
     textures.fold(
         (f64::INFINITY, f64::NEG_INFINITY),

@@ -1,4 +1,4 @@
-//! A scene in words.
+//! Description of a scene as text.
 
 use super::{
     constant_index, diffraction, emission, emitted_power, extinction_and_albedo, film_memory,
@@ -19,7 +19,7 @@ use transport::Scene;
 use transport::path::lead_in;
 use transport::scene::MediumId;
 
-/// What the command prints, but for warnings.
+/// Returns the command's output without warnings.
 pub fn describe(path: &Path, loaded: &Loaded) -> Result<String, std::fmt::Error> {
     let scene = loaded.scene();
     let mut text = String::new();
@@ -80,7 +80,7 @@ pub fn describe(path: &Path, loaded: &Loaded) -> Result<String, std::fmt::Error>
     Ok(text)
 }
 
-/// A grid of the index that is held by fewer samples than its file has.
+/// Writes the lines on a grid of the index that is held with fewer samples than its file has.
 fn condensed(out: &mut String, grid: &CondensedGrid) -> std::fmt::Result {
     let of = grid
         .file
@@ -97,7 +97,7 @@ fn condensed(out: &mut String, grid: &CondensedGrid) -> std::fmt::Result {
     )
 }
 
-/// A volume of sound, and where each fact is from.
+/// Writes the lines on a volume of sound, with the source of each fact.
 fn sound(out: &mut String, record: &SoundRecord) -> std::fmt::Result {
     let place = record.placed_by.name();
     match &record.file {
@@ -139,7 +139,7 @@ fn sound(out: &mut String, record: &SoundRecord) -> std::fmt::Result {
     }
 }
 
-/// What measures in place of a camera.
+/// Writes the lines on sampling and meters.
 fn meters(out: &mut String, loaded: &Loaded) -> std::fmt::Result {
     let channels = loaded.channel_names.join(" ");
     writeln!(
@@ -158,8 +158,7 @@ fn meters(out: &mut String, loaded: &Loaded) -> std::fmt::Result {
     Ok(())
 }
 
-/// The film, and how it is filled.
-/// Whether rays of a picture may be less accurate than the scene's tolerance.
+/// Returns true if rays of a picture may be less accurate than the scene's tolerance.
 fn may_loosen(loaded: &Loaded) -> bool {
     let options = Run::new(loaded).options();
     loaded.instruments.is_empty() && options.may_loosen() && !loaded.scene().is_straight()
@@ -189,7 +188,7 @@ fn picture(out: &mut String, loaded: &Loaded) -> std::fmt::Result {
     )
 }
 
-/// Over how many instants of a period of sound samples are spread.
+/// Describes the number of instants of a period of sound over which samples are spread.
 fn instants(loaded: &Loaded) -> String {
     match loaded.scene().instants() {
         1 => String::new(),
@@ -197,7 +196,7 @@ fn instants(loaded: &Loaded) -> String {
     }
 }
 
-/// How light is told apart, and the bytes that all films take while they are rendered.
+/// Writes how light is separated, and the bytes of all films during a render.
 fn film_layers(out: &mut String, loaded: &Loaded) -> std::fmt::Result {
     let scene = loaded.scene();
     if let Some(naming) = Naming::of(loaded) {
@@ -229,7 +228,7 @@ fn emitters(out: &mut String, loaded: &Loaded) -> std::fmt::Result {
     Ok(())
 }
 
-/// Through how many reflections at smooth dielectrics branches are looked for.
+/// Describes the largest number of reflections at smooth dielectrics in the search for branches.
 fn reach(scene: &Scene) -> String {
     let reach = scene.branch_reach();
     format!(
@@ -320,7 +319,7 @@ fn span(low: f64, high: f64) -> String {
     }
 }
 
-/// Whether several rays may connect two points of the medium, and why.
+/// Describes if several rays may connect two points of the medium, and why.
 fn certificate(uniqueness: Option<&Uniqueness>) -> String {
     let Some(uniqueness) = uniqueness else {
         return "not certified: the medium is not one closed convex shape".into();
@@ -359,7 +358,7 @@ fn sensor(scene: &Scene) -> String {
     format!("{kind} at {place}, in '{name}' (n = {})", plain(n))
 }
 
-/// How far the aperture spreads light in pixels, of all wavelengths.
+/// Describes how far the aperture spreads light in pixels, over all wavelengths.
 fn diffracted(loaded: &Loaded) -> Option<String> {
     let medians = diffraction(loaded);
     let least = medians.iter().copied().reduce(f64::min)?;
