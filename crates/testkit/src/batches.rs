@@ -1,7 +1,8 @@
-//! Means of independent batches: for estimators whose samples, or whose pixels, depend on one another.
+//! Tests with means of independent batches, for estimators with dependent samples or dependent
+//! pixels.
 //!
-//! The only thing assumed is that batch means are independent and nearly normal. Student's t accounts
-//! for the standard error being estimated from few of them.
+//! The tests assume only that batch means are independent and nearly normal. Student's t accounts
+//! for standard errors that are estimated from few batches.
 
 use crate::moments::Moments;
 use crate::z_test::{two_sample_z, z_score};
@@ -9,7 +10,7 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 use statrs::function::erf::erfc_inv;
 use std::f64::consts::SQRT_2;
 
-/// Mean and standard error of a few independent batch means.
+/// Returns mean and standard error of a few independent batch means.
 pub fn moments(batches: &[f64]) -> Moments {
     let mut moments = Moments::default();
     for batch in batches {
@@ -18,10 +19,11 @@ pub fn moments(batches: &[f64]) -> Moments {
     moments
 }
 
-/// Two-sided p-value of the hypothesis that two sets of batches have one mean (Welch 1947): uniform for
-/// normal batches whatever their variances, but for an error of the order of 1/batches².
+/// Returns the two-sided p-value of the hypothesis that two sets of batches have one mean (Welch
+/// 1947). For normal batches, the p-value is uniform up to an error of order 1/batches², whatever
+/// the variances.
 ///
-/// Differences below `round_off` times the larger mean are none.
+/// A difference up to `round_off` times the larger |mean| counts as zero.
 pub fn welch(a: &[f64], b: &[f64], round_off: f64) -> f64 {
     let (a, b) = (moments(a), moments(b));
     let (va, vb) = (a.standard_error().powi(2), b.standard_error().powi(2));
@@ -35,8 +37,8 @@ pub fn welch(a: &[f64], b: &[f64], round_off: f64) -> f64 {
     student(z_score(difference, (va + vb).sqrt(), 0.0), freedom)
 }
 
-/// z of the difference of two means of so many batches, each given with its standard error: the normal deviate that is as rare as its t
-/// (Welch 1947).
+/// Returns the z of the difference between two means of `batches` batches, each given with its
+/// standard error. It is the normal deviate with the p-value of Welch's t (1947).
 pub fn welch_z(a: (f64, f64), b: (f64, f64), batches: usize) -> f64 {
     let t = two_sample_z(a.0, a.1, b.0, b.1);
     if t == 0.0 || !t.is_finite() {
@@ -47,7 +49,8 @@ pub fn welch_z(a: (f64, f64), b: (f64, f64), batches: usize) -> f64 {
     (SQRT_2 * erfc_inv(student(t, freedom))).copysign(t)
 }
 
-/// Two-sided p-value of the hypothesis that batches have a known mean.
+/// Returns the two-sided p-value of the hypothesis that batches have the mean `expected`. A
+/// difference up to `round_off` times |expected| counts as zero.
 pub fn one_sample(batches: &[f64], expected: f64, round_off: f64) -> f64 {
     let m = moments(batches);
     if (m.mean() - expected).abs() <= round_off * expected.abs() {
@@ -56,7 +59,7 @@ pub fn one_sample(batches: &[f64], expected: f64, round_off: f64) -> f64 {
     student(m.z(expected), m.count() as f64 - 1.0)
 }
 
-/// The |t| that a correct program exceeds with probability `rate`.
+/// Returns the |t| that a correct program exceeds with probability `rate`.
 pub fn critical_t(rate: f64, freedom: f64) -> f64 {
     StudentsT::new(0.0, 1.0, freedom).map_or(f64::NAN, |t| -t.inverse_cdf(0.5 * rate))
 }
@@ -91,7 +94,8 @@ mod tests {
         assert!(welch_z((f64::NAN, 1.0), (0.0, 1.0), 32).is_nan());
     }
 
-    /// p-values of SciPy 1.16: `ttest_ind` with unequal variances and sizes, `ttest_ind_from_stats`, `ttest_1samp`.
+    /// Expected p-values are from SciPy 1.16: `ttest_ind` with unequal variances and sizes,
+    /// `ttest_ind_from_stats`, `ttest_1samp`.
     #[test]
     fn p_values_are_those_of_another_library() {
         let (a, b) = ([1.0, 2.0, 4.0, 8.0], [2.0, 3.0, 9.0, 11.0, 17.0]);
@@ -101,7 +105,8 @@ mod tests {
         assert!((one_sample(&a, 2.5, 0.0) - 0.478_430_170_110_334_3).abs() < 1e-9);
     }
 
-    /// Differences of the mean within the stated share of it are none, and larger ones are some.
+    /// Differences of the mean up to the given fraction count as zero; larger differences are
+    /// detected.
     #[test]
     fn differences_by_rounding_are_none() {
         let near = |mean: f64| [mean, mean, mean, mean];
@@ -111,8 +116,8 @@ mod tests {
         assert_eq!(one_sample(&near(10.1), 10.0, 0.005), 0.0);
     }
 
-    /// 4000 comparisons of 16 with 16 batches of different spread: rejections at 1 % and 0.1 % within 4
-    /// standard deviations of the binomial.
+    /// Runs 4000 comparisons of 16 with 16 batches of different spread. Rejections at 1 % and 0.1 %
+    /// must be within 4 standard deviations of the binomial distribution.
     #[test]
     fn rejects_as_often_as_it_says() {
         let mut rng = Rng::new(5);

@@ -1,36 +1,37 @@
-//! χ² goodness-of-fit of a sampler against its density on a binned 2-D domain.
+//! χ² goodness-of-fit tests of samplers against their densities on a binned 2-D domain.
 
 use crate::quadrature::{Effort, integrate_cell};
 use crate::rng::Rng;
 use crate::z_test::upper_tail;
 
-/// What the density must integrate to over the table.
+/// Declared integral of a density over the table.
 #[derive(Clone, Copy, Debug)]
 pub enum Mass {
-    /// Exactly this: 1, or 1 − (probability of absorption or of a delta event) in closed form.
+    /// This exact mass: 1, or 1 − (probability of absorption or of a delta event) in closed form.
     Exactly(f64),
-    /// Not known in closed form, but at most 1. The samples that are `None` are then tested against
-    /// 1 − ∫pdf, so a wrong normalisation still fails.
+    /// A mass that is unknown in closed form, but at most 1. The test compares the number of `None`
+    /// samples with 1 − ∫pdf, so that a wrong normalisation fails.
     AtMostOne,
 }
 
-/// Outcome of a χ² test that could be carried out.
+/// Result of a χ² test that could be carried out.
 #[derive(Clone, Copy, Debug)]
 pub struct Report {
     /// Σ (observed − expected)² / expected over the pooled cells.
     pub statistic: f64,
-    /// Pooled cells − 1.
+    /// Degrees of freedom: the number of pooled cells minus 1.
     pub dof: usize,
-    /// P(χ² > statistic): uniform in [0, 1] for a right sampler. Fails at rate α against level α.
+    /// P(χ² > statistic), uniform in [0, 1] for a correct sampler. At level α, the false-alarm rate
+    /// is α.
     pub p_value: f64,
     /// ∫ pdf over the table.
     pub integral: f64,
 }
 
-/// Why a test fails before any statistics: none of these has a false alarm.
+/// Reason why a test fails before any statistics. These failures have no false alarms.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ChiSquareFailure {
-    /// ∫pdf is not what was declared.
+    /// ∫pdf differs from the declared mass.
     #[error("the density integrates to {integral}, expected {expected} within {tolerance:.1e}")]
     Mass {
         /// ∫ pdf over the table.
@@ -40,24 +41,24 @@ pub enum ChiSquareFailure {
         /// Allowed difference.
         tolerance: f64,
     },
-    /// The density vanishes at a sample.
+    /// The density is zero at a sample.
     #[error("the density is zero at the sample {point:?}")]
     ZeroDensity {
-        /// The sample.
+        /// Sample.
         point: [f64; 2],
     },
-    /// A sample fell outside the table, or was not a number.
+    /// A sample lies outside the table, or is NaN.
     #[error("sample {point:?} lies outside the table")]
     Outside {
-        /// The sample.
+        /// Sample.
         point: [f64; 2],
     },
-    /// Every cell was pooled into one: more samples or coarser bins are needed.
+    /// All cells were pooled into one: the test needs more samples or coarser bins.
     #[error("only one cell has enough expected samples")]
     TooCoarse,
 }
 
-/// Bins of a rectangle, with edges in each of two coordinates.
+/// Bins of a rectangle, with edges in both coordinates.
 #[derive(Clone, Debug)]
 pub struct Table {
     u: Vec<f64>,
@@ -66,20 +67,20 @@ pub struct Table {
     mass_tolerance: f64,
 }
 
-/// Edges of `n` equal bins over [lo, hi].
+/// Returns the edges of `n` equal bins over [lo, hi].
 pub fn uniform_edges(lo: f64, hi: f64, n: usize) -> Vec<f64> {
     (0..=n)
         .map(|i| lo + (hi - lo) * i as f64 / n as f64)
         .collect()
 }
 
-/// Smallest expected count of a cell before pooling (the customary 5).
+/// Smallest expected count of a cell before pooling; 5 is customary.
 const MIN_EXPECTED: f64 = 5.0;
 
 impl Table {
-    /// A table with increasing bin edges in both coordinates.
+    /// Makes a table with increasing bin edges in both coordinates.
     ///
-    /// Put edges on the discontinuities of the density where they are known.
+    /// Place edges at the known discontinuities of the density.
     pub fn new(u: Vec<f64>, v: Vec<f64>) -> Self {
         for edges in [&u, &v] {
             assert!(
@@ -95,12 +96,12 @@ impl Table {
         }
     }
 
-    /// The same table with another quadrature effort.
+    /// Sets the quadrature effort.
     pub fn with_effort(self, effort: Effort) -> Self {
         Table { effort, ..self }
     }
 
-    /// The same table with another allowed error of ∫pdf (1e-4 by default).
+    /// Sets the allowed error of ∫pdf (1e-4 by default).
     pub fn with_mass_tolerance(self, mass_tolerance: f64) -> Self {
         Table {
             mass_tolerance,
@@ -108,11 +109,12 @@ impl Table {
         }
     }
 
-    /// Draws `samples` with `sample` (`None`: absorbed, or a delta event) and compares the counts
-    /// per bin with the integral of `pdf`, which is per unit of the table's area.
+    /// Draws `samples` samples with `sample` (`None`: absorbed, or a delta event), and compares the
+    /// count in each bin with the integral of `pdf`. The density `pdf` is per unit area of the
+    /// table.
     ///
     /// # Errors
-    /// See [`ChiSquareFailure`].
+    /// Returns a [`ChiSquareFailure`] if the test could not be carried out.
     pub fn test(
         &self,
         seed: u64,
@@ -148,7 +150,7 @@ impl Table {
         self.v.len() - 1
     }
 
-    /// Probability per bin, in row-major order (u slow, v fast).
+    /// Returns the probability of each bin, in row-major order (u slow, v fast).
     fn integrate(&self, pdf: &impl Fn([f64; 2]) -> f64) -> Vec<f64> {
         let mut expected = Vec::new();
         for u in self.u.windows(2) {
@@ -194,7 +196,7 @@ impl Table {
             };
             let bin = bin_of(&self.u, point[0]).zip(bin_of(&self.v, point[1]));
             let (i, j) = bin.ok_or(ChiSquareFailure::Outside { point })?;
-            // Checked at the sample, as the quadrature of a bin can miss a sliver of support.
+            // Check at the sample: the quadrature of a bin can miss a narrow support.
             if pdf(point) <= 0.0 {
                 return Err(ChiSquareFailure::ZeroDensity { point });
             }
@@ -204,7 +206,7 @@ impl Table {
     }
 }
 
-/// Index of the bin that holds `x`; the last bin includes its upper edge.
+/// Returns the index of the bin that contains `x`. The last bin includes its upper edge.
 fn bin_of(edges: &[f64], x: f64) -> Option<usize> {
     let last = edges.len() - 1;
     if !(edges[0]..=edges[last]).contains(&x) {
@@ -213,8 +215,8 @@ fn bin_of(edges: &[f64], x: f64) -> Option<usize> {
     Some((edges.partition_point(|&e| e <= x) - 1).min(last - 1))
 }
 
-/// χ² and degrees of freedom of (expected, observed) cells; small cells are pooled into one, which
-/// then takes in the next larger ones until it is large enough too.
+/// Returns χ² and the degrees of freedom of (expected, observed) cells. Small cells are pooled into
+/// one. The pool then absorbs the next larger cells until it is large enough.
 fn pooled_statistic(mut cells: Vec<(f64, f64)>) -> Option<(f64, usize)> {
     cells.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut pool = (0.0, 0.0);
@@ -236,7 +238,7 @@ fn pooled_statistic(mut cells: Vec<(f64, f64)>) -> Option<(f64, usize)> {
 mod tests {
     use super::*;
 
-    /// x has density 2x, y is uniform; a fraction `lost` of the samples is absorbed.
+    /// Samples x with density 2x and y uniformly; a fraction `lost` of the samples is absorbed.
     fn ramp(rng: &mut Rng, lost: f64) -> Option<[f64; 2]> {
         let u: [f64; 3] = rng.uniform();
         (u[2] >= lost).then_some([u[0].sqrt(), u[1]])
@@ -271,7 +273,8 @@ mod tests {
         assert!(lossy.p_value > 1e-3, "{lossy:?}");
     }
 
-    /// Absorbed samples are a cell of their own: a wrong share of them is found.
+    /// Checks that absorbed samples have a cell of their own, so that the test detects a wrong
+    /// fraction.
     #[test]
     fn finds_a_wrong_share_of_absorbed_samples() {
         let test = |lost| {
@@ -303,7 +306,8 @@ mod tests {
         assert_eq!(bin_of(&edges, 2.1).or(bin_of(&edges, -0.1)), None);
     }
 
-    /// Cells that expect fewer than five samples are one, which takes in larger ones until it expects five. By hand.
+    /// Checks against a calculation by hand that cells that expect fewer than five samples are
+    /// pooled. The pool absorbs larger cells until it expects five samples.
     #[test]
     fn small_cells_are_pooled() {
         let three = vec![
@@ -344,13 +348,14 @@ mod tests {
         let distance = (0..200)
             .map(|i| (p[i] - (i as f64 + 0.5) / 200.0).abs())
             .fold(0.0, f64::max);
-        // Kolmogorov–Smirnov at level 1e-3: 1.95 / √200.
+        // Use the Kolmogorov–Smirnov bound at level 1e-3: 1.95 / √200.
         assert!(distance < 1.95 / 200f64.sqrt(), "{distance}");
     }
 
     #[test]
     fn finds_a_shape_that_is_wrong_by_a_few_percent() {
-        // Right mass, wrong by at most 5% where it matters: only the statistics can tell.
+        // The mass is correct and the density is wrong by at most 5 %: only the statistics detect
+        // it.
         let pdf = |[x, y]: [f64; 2]| 2.0 * x * (1.0 + 0.05 * (std::f64::consts::TAU * y).sin());
         let report = table()
             .test(3, 200_000, Mass::Exactly(1.0), |r| ramp(r, 0.0), pdf)

@@ -3,19 +3,19 @@
 /// Least-squares line through (ln h, ln error).
 #[derive(Clone, Copy, Debug)]
 pub struct OrderFit {
-    /// Slope: the order of convergence.
+    /// Order of convergence: the slope of the line.
     pub order: f64,
-    /// error ≈ constant · h^order.
+    /// Factor C in error ≈ C · h^`order`.
     pub constant: f64,
-    /// Largest |ln error − line|: small where the asymptotic range was reached.
+    /// Largest |ln error − line|. It is small in the asymptotic range.
     pub residual: f64,
 }
 
-/// Fits error ≈ C·hᵖ.
+/// Fits error ≈ C·h^p.
 ///
 /// # Panics
-/// With fewer than two points, unequal lengths, or values that are not positive (an error of exactly
-/// zero has no logarithm: drop it, or take larger steps).
+/// Panics with fewer than two points, unequal lengths, or values that are not positive. An error of
+/// exactly zero has no logarithm: drop it, or take larger steps.
 pub fn fit_order(h: &[f64], error: &[f64]) -> OrderFit {
     assert!(
         h.len() == error.len() && h.len() >= 2,

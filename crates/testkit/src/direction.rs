@@ -5,8 +5,8 @@ use crate::quadrature::Effort;
 use crate::rng::Rng;
 use std::f64::consts::PI;
 
-/// Bins of the unit sphere in (cosθ, φ) about an axis; their areas are solid angles, so densities
-/// are per steradian. Its false-alarm rate is that of [`Table::test`].
+/// Bins of the unit sphere in (cosθ, φ) about an axis. The area of a bin is its solid angle, so
+/// densities are per steradian. The false-alarm rate equals the rate of [`Table::test`].
 #[derive(Clone, Debug)]
 pub struct DirectionTable {
     frame: [[f64; 3]; 3],
@@ -14,13 +14,13 @@ pub struct DirectionTable {
 }
 
 impl DirectionTable {
-    /// Equal bins in cosθ over [−1, 1] and in φ. With an even number of cosθ bins the horizon is
-    /// an edge, where many densities jump.
+    /// Makes equal bins in cosθ over [−1, 1] and in φ. With an even number of cosθ bins, an edge
+    /// lies on the horizon, where many densities jump.
     pub fn uniform(axis: [f64; 3], cos_bins: usize, phi_bins: usize) -> Self {
         Self::new(axis, uniform_edges(-1.0, 1.0, cos_bins), phi_bins)
     }
 
-    /// Arbitrary increasing edges in cosθ; `axis` is a unit vector.
+    /// Makes bins with arbitrary increasing edges in cosθ; `axis` is a unit vector.
     pub fn new(axis: [f64; 3], cos_edges: Vec<f64>, phi_bins: usize) -> Self {
         let table = Table::new(cos_edges, uniform_edges(-PI, PI, phi_bins));
         DirectionTable {
@@ -29,9 +29,9 @@ impl DirectionTable {
         }
     }
 
-    /// Edges for a distribution that peaks around the axis within an angle of about `width`
-    /// radians: fine there, coarser outwards, over the whole sphere. A lobe much narrower than its
-    /// bins escapes the quadrature, which then fails the test rather than passing it.
+    /// Makes bins for a distribution that peaks around the axis within an angle of about `width`
+    /// radians. Bins are fine there, and coarser outwards over the whole sphere. The quadrature
+    /// misses a lobe much narrower than its bins; the test then fails.
     pub fn peaked(axis: [f64; 3], width: f64, cos_bins: usize, phi_bins: usize) -> Self {
         // 1 − cosθ grows geometrically from (width/4)²/2 to 2.
         let smallest = (width * width / 32.0).min(0.1);
@@ -45,7 +45,7 @@ impl DirectionTable {
         Self::new(axis, edges, phi_bins)
     }
 
-    /// The same table with another quadrature effort.
+    /// Sets the quadrature effort.
     pub fn with_effort(self, effort: Effort) -> Self {
         DirectionTable {
             table: self.table.with_effort(effort),
@@ -53,7 +53,7 @@ impl DirectionTable {
         }
     }
 
-    /// The same table with another allowed error of ∫pdf (1e-4 by default).
+    /// Sets the allowed error of ∫pdf (1e-4 by default).
     pub fn with_mass_tolerance(self, tolerance: f64) -> Self {
         DirectionTable {
             table: self.table.with_mass_tolerance(tolerance),
@@ -64,7 +64,7 @@ impl DirectionTable {
     /// Compares unit vectors drawn by `sample` with `pdf` (per steradian); see [`Table::test`].
     ///
     /// # Errors
-    /// See [`ChiSquareFailure`].
+    /// Returns a [`ChiSquareFailure`] if the test could not be carried out.
     pub fn test(
         &self,
         seed: u64,
@@ -78,10 +78,10 @@ impl DirectionTable {
             .test(seed, samples, mass, to_table, |c| pdf(self.direction(c)))
     }
 
-    /// (cosθ, φ) of a unit vector.
+    /// Returns (cosθ, φ) of a unit vector.
     fn coordinates(&self, d: [f64; 3]) -> [f64; 2] {
         let [s, t, n] = self.frame.map(|axis| dot(axis, d));
-        // A cosine beyond 1 by rounding still belongs to the last bin; NaN stays NaN.
+        // Assign a cosine above 1 by rounding to the last bin; keep NaN.
         [
             if n.abs() < 1.0 + 1e-12 {
                 n.clamp(-1.0, 1.0)
@@ -111,7 +111,7 @@ fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     ]
 }
 
-/// Right-handed orthonormal frame whose third vector is `n`.
+/// Returns a right-handed orthonormal frame whose third vector is `n`.
 fn frame(n: [f64; 3]) -> [[f64; 3]; 3] {
     assert!(
         (dot(n, n) - 1.0).abs() < 1e-9,

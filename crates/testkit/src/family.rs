@@ -1,18 +1,19 @@
-//! Significance of several tests taken together.
+//! Joint significance of several tests.
 
-/// Per-test level that gives `n` tests together the false-alarm rate `family_rate`.
+/// Returns the level of each test that gives `n` tests together the false-alarm rate `family_rate`.
 ///
-/// Šidák: 1 − (1 − α)^(1/n), exact for independent tests and conservative for jointly normal
-/// statistics of any correlation; it lies just above Bonferroni's α/n.
+/// The level is Šidák's α: the joint rate is 1 − (1 − α)^n. It is exact for independent tests, and
+/// conservative for jointly normal statistics with any correlation. It is slightly larger than
+/// Bonferroni's level, `family_rate`/n.
 pub fn sidak(family_rate: f64, n: usize) -> f64 {
     assert!(n > 0, "a family has at least one test");
     -((-family_rate).ln_1p() / n as f64).exp_m1()
 }
 
-/// Named p-values that are judged together.
+/// Named p-values that are tested jointly.
 ///
-/// False-alarm rate of [`Family::check`]: the family rate given to [`Family::new`], for p-values
-/// that are uniform under the null hypothesis.
+/// [`Family::check`] has the false-alarm rate given to [`Family::new`], if the p-values are uniform
+/// under the null hypothesis.
 #[derive(Clone, Debug)]
 pub struct Family {
     rate: f64,
@@ -20,7 +21,7 @@ pub struct Family {
 }
 
 impl Family {
-    /// A family whose joint false-alarm rate is `rate`, in (0, 1).
+    /// Makes a family with the joint false-alarm rate `rate`, in (0, 1).
     pub fn new(rate: f64) -> Self {
         assert!(
             rate > 0.0 && rate < 1.0,
@@ -42,15 +43,16 @@ impl Family {
         self.members.len()
     }
 
-    /// Whether no test has been added.
+    /// Returns true if no test has been added.
     pub fn is_empty(&self) -> bool {
         self.members.is_empty()
     }
 
-    /// Compares all members with the Šidák level.
+    /// Compares all p-values with the Šidák level.
     ///
     /// # Errors
-    /// No members, or some that lie below the level or are not numbers, by name.
+    /// Returns an error if there are no tests, or the names of tests with p-values that are below
+    /// the level or NaN.
     pub fn check(&self) -> Result<(), String> {
         if self.members.is_empty() {
             return Err("an empty family tests nothing".into());
@@ -59,7 +61,7 @@ impl Family {
         let failed: Vec<String> = self
             .members
             .iter()
-            // Written so that NaN counts as a failure.
+            // Count NaN as a failure.
             .filter(|(_, p)| !matches!(p.partial_cmp(&level), Some(o) if o.is_ge()))
             .map(|(name, p)| format!("{name}: p = {p:.3e}"))
             .collect();

@@ -1,9 +1,11 @@
 //! Statistical and numerical helpers for tests.
 //!
-//! Dev-only: it imports none of the crates that it tests, so a mistake there cannot hide here.
-//! Directions are plain `[f64; 3]` arrays. Every test states its false-alarm rate: the probability
-//! that it fails although the code is right. Seeds are fixed, so a test either always passes or
-//! always fails for a given build; the rate is that of drawing an unlucky seed.
+//! This crate is only a development dependency. It imports none of the crates that it tests, so
+//! that an error in those crates cannot hide itself here. Directions are plain `[f64; 3]` arrays.
+//!
+//! Every test states its false-alarm rate: the probability that it fails although the code is
+//! correct. Seeds are fixed, so a test either always passes or always fails for a given build. The
+//! false-alarm rate refers to the choice of the seed.
 
 pub mod batches;
 pub mod chi_square;

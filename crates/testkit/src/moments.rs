@@ -27,7 +27,7 @@ impl Moments {
         self.mean
     }
 
-    /// Unbiased sample variance; infinite below two values.
+    /// Unbiased sample variance; infinite for fewer than two values.
     pub fn variance(&self) -> f64 {
         if self.count < 2 {
             f64::INFINITY
@@ -41,7 +41,7 @@ impl Moments {
         (self.variance() / self.count.max(1) as f64).sqrt()
     }
 
-    /// (mean − expected) / standard error; see [`crate::z_test::z_score`].
+    /// Returns (mean − expected) / standard error; see [`crate::z_test::z_score`].
     pub fn z(&self, expected: f64) -> f64 {
         crate::z_test::z_score(self.mean(), self.standard_error(), expected)
     }

@@ -1,13 +1,14 @@
 //! Adaptive quadrature over rectangles.
 
-/// How hard [`integrate_cell`] works.
+/// Effort of [`integrate_cell`].
 #[derive(Clone, Copy, Debug)]
 pub struct Effort {
-    /// Absolute error aimed at per top-level cell.
+    /// Target absolute error per top-level cell.
     pub tolerance: f64,
-    /// Subdivisions made regardless of the error estimate, so that narrow peaks are not missed.
+    /// Least number of subdivisions, whatever the error estimate, so that narrow peaks are not
+    /// missed.
     pub min_depth: u32,
-    /// Subdivisions at which the recursion gives up, at jumps of the integrand.
+    /// Largest number of subdivisions, which bounds the work at jumps of the integrand.
     pub max_depth: u32,
 }
 
@@ -21,9 +22,10 @@ impl Default for Effort {
     }
 }
 
-/// ∫f over [lo, hi] by 3 × 3 Gauss points, cells split in four until the estimate settles.
+/// Returns ∫f over [lo, hi] from 3 × 3 Gauss points. Cells are split into four until the estimate
+/// settles.
 ///
-/// All points are interior: a jump of the integrand on the border of the cell costs nothing.
+/// All points are interior: a jump of the integrand on the border of the cell causes no error.
 pub fn integrate_cell(
     f: &impl Fn([f64; 2]) -> f64,
     lo: [f64; 2],
@@ -51,7 +53,8 @@ fn refine(
     ];
     let parts = quarters.map(|(a, b)| gauss(f, a, b));
     let fine: f64 = parts.iter().sum();
-    // Along a jump the cells double with each level: halving the tolerance bounds their sum.
+    // Along a jump, each level doubles the number of cells: halving the tolerance bounds the sum of
+    // errors.
     let tolerance = effort.tolerance * 0.5f64.powi(depth as i32);
     let settled = depth >= effort.min_depth && (fine - coarse).abs() <= tolerance;
     if settled || depth >= effort.max_depth {
@@ -67,7 +70,7 @@ fn refine(
 /// Offset of the outer points of the three-point Gauss–Legendre rule on [−1/2, 1/2], √(3/5)/2.
 const OFFSET: f64 = 0.387_298_334_620_741_7;
 
-/// The three-point rule in each coordinate of one cell.
+/// Applies the three-point rule in each coordinate of a cell.
 fn gauss(f: &impl Fn([f64; 2]) -> f64, lo: [f64; 2], hi: [f64; 2]) -> f64 {
     let (dx, dy) = (hi[0] - lo[0], hi[1] - lo[1]);
     let nodes = [

@@ -3,37 +3,37 @@
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng as _;
 
-/// PCG-64 with a fixed stream: the same seed gives the same numbers on every machine.
+/// PCG-64 with a fixed stream. A seed gives equal numbers on every machine.
 #[derive(Clone, Debug)]
 pub struct Rng(Pcg64);
 
 impl Rng {
-    /// A generator for `seed`.
+    /// Makes a generator for `seed`.
     pub fn new(seed: u64) -> Self {
         let mut rng = Pcg64::new(u128::from(seed), 0x5eed);
-        // Nearby seeds start from nearby states: a few steps of the generator separate them.
+        // Nearby seeds give nearby states: a few steps of the generator separate them.
         for _ in 0..8 {
             rng.next_u64();
         }
         Rng(rng)
     }
 
-    /// Uniform in [0, 1), a multiple of 2⁻⁵³.
+    /// Returns a uniform number in [0, 1), a multiple of 2⁻⁵³.
     pub fn next_1d(&mut self) -> f64 {
         (self.0.next_u64() >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
     }
 
-    /// `N` independent uniform numbers in [0, 1).
+    /// Returns `N` independent uniform numbers in [0, 1).
     pub fn uniform<const N: usize>(&mut self) -> [f64; N] {
         std::array::from_fn(|_| self.next_1d())
     }
 
-    /// Uniform in [lo, hi).
+    /// Returns a uniform number in [lo, hi).
     pub fn range(&mut self, lo: f64, hi: f64) -> f64 {
         lo + (hi - lo) * self.next_1d()
     }
 
-    /// A uniformly distributed unit vector.
+    /// Returns a uniformly distributed unit vector.
     pub fn direction(&mut self) -> [f64; 3] {
         let z = self.range(-1.0, 1.0);
         let phi = self.range(0.0, std::f64::consts::TAU);

@@ -1,15 +1,16 @@
 //! Tests of means against known values and against each other.
 //!
-//! All assume that the mean is normal with the given standard error, so use enough samples.
+//! All tests assume that the mean is normally distributed with the given standard error, so use
+//! enough samples.
 
 use crate::family::sidak;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use statrs::function::erf::{erfc, erfc_inv};
 use std::f64::consts::SQRT_2;
 
-/// (value − expected) / standard error.
+/// Returns (value − expected) / standard error.
 ///
-/// A zero standard error gives 0 for exact agreement and ±∞ otherwise, never NaN.
+/// A zero standard error gives 0 for exact agreement and ±∞ for any difference, never NaN.
 pub fn z_score(value: f64, standard_error: f64, expected: f64) -> f64 {
     let difference = value - expected;
     if difference == 0.0 {
@@ -19,29 +20,29 @@ pub fn z_score(value: f64, standard_error: f64, expected: f64) -> f64 {
     }
 }
 
-/// z of the difference of two independent means, each with its standard error.
+/// Returns the z of the difference between two independent means, each with its standard error.
 pub fn two_sample_z(a: f64, se_a: f64, b: f64, se_b: f64) -> f64 {
     z_score(a, se_a.hypot(se_b), b)
 }
 
-/// Two-sided p-value of one z, uniform for a standard normal z.
+/// Returns the two-sided p-value of a single z, uniform for a standard normal z.
 pub fn p_value(z: f64) -> f64 {
     erfc(z.abs() / SQRT_2)
 }
 
-/// The |z| that the largest of `n` standard normal z exceeds with probability `family_rate`
-/// (exact if independent, conservative if correlated).
+/// Returns the |z| that the largest of `n` standard normal z exceeds with probability
+/// `family_rate`. The result is exact for independent z, and conservative for correlated z.
 pub fn threshold(family_rate: f64, n: usize) -> f64 {
     SQRT_2 * erfc_inv(sidak(family_rate, n))
 }
 
-/// Compares the largest |z| with [`threshold`]: false-alarm rate at most `family_rate`.
+/// Compares the largest |z| with [`threshold`]. The false-alarm rate is at most `family_rate`.
 ///
 /// # Errors
-/// A |z| that exceeds it or is not a number.
+/// Returns an error for a |z| that exceeds the threshold or is NaN.
 pub fn max_abs_z(zs: &[f64], family_rate: f64) -> Result<(), String> {
     let limit = threshold(family_rate, zs.len());
-    // NaN compares false with everything: test for "within", not for "beyond".
+    // Comparisons with NaN are false: test for "within", not for "beyond".
     match zs
         .iter()
         .enumerate()
@@ -55,15 +56,16 @@ pub fn max_abs_z(zs: &[f64], family_rate: f64) -> Result<(), String> {
     }
 }
 
-/// p-value of Σz² against χ² with as many degrees of freedom: many small deviations in place of
-/// one large one. Uniform for independent standard normal z, so comparing it with α fails at rate
-/// α; upper tail only.
+/// Returns the p-value of Σz² against χ² with as many degrees of freedom as there are z. It detects
+/// many small deviations, where [`max_abs_z`] detects a large one. Only the upper tail is tested.
+/// For independent standard normal z the p-value is uniform, so a test at level α has the
+/// false-alarm rate α.
 pub fn chi_square_of_z(zs: &[f64]) -> f64 {
     let statistic: f64 = zs.iter().map(|z| z * z).sum();
     upper_tail(statistic, zs.len())
 }
 
-/// P(χ²_dof > statistic); NaN where the statistic is.
+/// Returns P(χ²_dof > statistic); NaN if the statistic is NaN.
 pub(crate) fn upper_tail(statistic: f64, dof: usize) -> f64 {
     if statistic.is_nan() {
         return f64::NAN;
@@ -81,7 +83,7 @@ mod tests {
     use super::*;
     use crate::rng::Rng;
 
-    /// Sum of twelve uniforms: variance 1, close enough to normal for |z| < 3.
+    /// Returns a sum of twelve uniform numbers: variance 1, and close to normal for |z| < 3.
     fn nearly_normal(rng: &mut Rng) -> f64 {
         rng.uniform::<12>().iter().sum::<f64>() - 6.0
     }
