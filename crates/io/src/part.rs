@@ -280,7 +280,7 @@ pub enum BodyRef<'a> {
 }
 
 impl<'a> BodyRef<'a> {
-    /// Refers to a body.
+    /// Borrows a body.
     pub fn of(body: &'a Body) -> Self {
         match body {
             Body::Image(state) => BodyRef::Image(state),

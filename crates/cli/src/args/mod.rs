@@ -196,9 +196,9 @@ pub struct SceneArgs {
 /// Limit of memory.
 #[derive(Clone, Copy, Debug, ClapArgs)]
 pub struct MemoryArgs {
-    /// Memory that a data file of any size may take once it is read, and limit for the film or the
+    /// Memory for each data file once it is read, whatever its size, and for the film or the
     /// meters, for example 8G (K, M, G and T are powers of 1024). A file may always take ten times
-    /// its size plus 64M. Defaults: 2G for a file; the system's memory for the film and the meters.
+    /// its size plus 64M. Defaults: 2G per file; the system's memory for the film and the meters.
     #[arg(long, value_name = "SIZE", value_parser = size)]
     pub memory: Option<u64>,
 }

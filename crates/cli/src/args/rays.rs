@@ -40,8 +40,8 @@ pub struct TraceArgs {
     /// FILE.svg.
     #[arg(long, value_name = "PICTURE", requires = "output")]
     pub overlay: Option<PathBuf>,
-    /// File to write; its extension chooses the format: .csv or .json, .svg for a plot, .obj, .ply or .vtk for
-    /// other programs.
+    /// File to write; its extension chooses the format: .csv or .json, .svg for a plot, .obj, .ply
+    /// or .vtk for other programs.
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
 }

@@ -9,8 +9,9 @@ use std::path::PathBuf;
 /// `morgana view`.
 #[derive(Debug, ClapArgs)]
 pub struct ViewArgs {
-    /// Images (.exr, .png, .npy), readings of meters and other arrays (.npz, .npy, .h5, .mat), volumes (.nrrd, .vol, .vti,
-    /// .vtk, .vdb, .nii) and scenes (.json, or XML). The page lists all arrays of a file.
+    /// Images (.exr, .png, .npy), readings of meters and other arrays (.npz, .npy, .h5, .mat),
+    /// volumes (.nrrd, .vol, .vti, .vtk, .vdb, .nii) and scenes (.json, or XML). The page lists all
+    /// arrays of a file.
     #[arg(value_name = "FILE", required = true)]
     pub files: Vec<PathBuf>,
     /// Set a parameter that the scene declares; may be repeated.

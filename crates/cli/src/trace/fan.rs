@@ -6,7 +6,8 @@ use glam::DVec3;
 /// Returns `rays` starts (position, unit direction) in a plane, around a central one. Positions are
 /// spaced evenly over `width` across the direction, directions evenly over `spread` radians.
 ///
-/// The plane contains the direction and the coordinate axis y, or x if the direction is nearly along y.
+/// The plane contains the direction and the coordinate axis y, or x if the direction is nearly
+/// along y.
 pub fn fan(
     from: DVec3,
     direction: DVec3,

@@ -118,7 +118,7 @@ pub(super) const SAMPLERS: &[Plugin] = &[
     even("sobol"),
 ];
 
-/// Describes a sampler of Mitsuba with evenly spread samples, which morgana replaces by `ldsampler`.
+/// Describes a sampler of Mitsuba with evenly spread samples. morgana replaces it by `ldsampler`.
 const fn even(name: &'static str) -> Plugin {
     plugin(
         name,

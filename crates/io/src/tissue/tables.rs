@@ -3,9 +3,10 @@
 /// Range of wavelengths of both tables, in nm.
 pub(super) const RANGE: [f64; 2] = [400.0, 1000.0];
 
-/// Molar extinction (decadic) of oxygenated and of deoxygenated haemoglobin in 1/cm per mol/l, every 2 nm from 400 nm:
-/// S. A. Prahl, "Tabulated molar extinction coefficient for hemoglobin in water", Oregon Medical Laser Center 1998, from data of
-/// W. B. Gratzer and N. Kollias.
+/// Decadic molar extinction coefficients of oxygenated and deoxygenated haemoglobin in 1/cm per
+/// mol/l, every 2 nm from 400 nm. S. A. Prahl, "Tabulated molar extinction coefficient for
+/// hemoglobin in water", Oregon Medical Laser Center 1998, from data of W. B. Gratzer and N.
+/// Kollias.
 pub(super) const HAEMOGLOBIN: [[f64; 2]; 301] = [
     [266232.0, 223296.0],
     [284224.0, 236188.0],
@@ -310,8 +311,8 @@ pub(super) const HAEMOGLOBIN: [[f64; 2]; 301] = [
     [1024.0, 206.784],
 ];
 
-/// Wavelength in nm and absorption of water in 1/cm: D. J. Segelstein, "The complex refractive index of water", University of
-/// Missouri–Kansas City 1981, as tabulated by S. A. Prahl.
+/// Wavelength in nm and absorption of water in 1/cm. D. J. Segelstein, "The complex refractive
+/// index of water", University of Missouri–Kansas City 1981, as tabulated by S. A. Prahl.
 pub(super) const WATER: [[f64; 2]; 121] = [
     [400.0, 0.0004965],
     [405.0, 0.00046246],

@@ -83,9 +83,12 @@ impl Transducer {
     ///
     /// # Errors
     ///
-    /// Returns an error for sizes that are not positive, for delays or weights that differ in
-    /// number from the elements, for points nearer to the surface than [`NEAREST`], and for more
-    /// work than half a minute of a processor core.
+    /// Returns an error for
+    ///
+    /// - sizes that are not positive,
+    /// - delays or weights that differ in number from the elements,
+    /// - points nearer to the surface than [`NEAREST`],
+    /// - more work than half a minute of a processor core.
     pub fn amplitudes(&self, places: &Places) -> Result<Vec<[f64; 2]>, TransducerError> {
         let density = self.density(places)?;
         let sources = self.sources(&density)?;
