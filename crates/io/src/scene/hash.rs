@@ -27,7 +27,7 @@ impl fmt::Display for SceneHash {
 }
 
 impl SceneHash {
-    /// Derives the fingerprint of the scene without its index variations (`undisturbed`).
+    /// Derives the fingerprint of the scene without its flow.
     pub(crate) fn undisturbed(self) -> Self {
         SceneHash(*blake3::keyed_hash(&self.0, b"undisturbed").as_bytes())
     }

@@ -11,9 +11,9 @@ use serde_json::{Value, json};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// Width of a beam of zero width, and height of a slit of zero height, in voxels.
+/// Radius of a beam without width, and height of a slit without height, in voxels.
 const THIN: f64 = 1e-6;
-/// Largest sine of the tilt between directions that must be perpendicular.
+/// Largest deviation from a right angle between a source's sides and its direction, as a sine.
 const LEAN: f64 = 1e-6;
 /// Fields of a source that morgana reads.
 const READ: [&str; 9] = [
