@@ -1,4 +1,4 @@
-"""Light in media whose refractive index varies continuously, where rays are curved.
+"""Light along curved rays, in media of continuously varying refractive index.
 
     >>> import morgana
     >>> scene = morgana.load_file("scenes/luneburg_fog.xml")

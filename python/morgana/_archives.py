@@ -21,13 +21,13 @@ class Array(NamedTuple):
 
 
 class Archive(NamedTuple):
-    """The content of a file of readings."""
+    """Content of a file of readings."""
 
     arrays: Dict[str, Array]
     attributes: Dict[str, Any]
 
 
 def opened(path: Union[str, "os.PathLike[str]"]) -> Archive:
-    """Reads an NPZ or HDF5 file that the program or :meth:`Result.write` has written."""
+    """Reads an NPZ or HDF5 file that the program or :meth:`Result.write` wrote."""
     arrays, attributes = _morgana.read_measurement(os.fspath(path))
     return Archive({name: Array(unit, axes, values) for (name, unit, axes), values in arrays}, json.loads(attributes))

@@ -1,4 +1,5 @@
-"""Rays as functions that PyTorch and JAX differentiate: their reverse mode is :meth:`morgana.grad.Rays.vjp`."""
+"""Rays as functions that PyTorch and JAX differentiate by :meth:`morgana.grad.Rays.vjp`, in reverse
+mode."""
 
 from __future__ import annotations
 
@@ -20,30 +21,37 @@ Doubles = NDArray[np.float64]
 Build = Callable[[Dict[str, Doubles]], Union[Field, System]]
 
 ROUNDED = 1e-6
-"""Relative difference of parameters from what was asked for: grids and JAX round to single precision."""
+"""Largest relative difference between given and actual parameters: grids and JAX round to single
+precision."""
 
 
 class Model(NamedTuple):
-    """Rays through what flat lists of arrays say: samples, or parameters of what is built of them; then origins and directions."""
+    """Rays through an index that flat lists of arrays define.
+
+    A list contains samples, or parameters from which an index is built; then origins and
+    directions."""
 
     rays: "Rays"
     build: Optional[Build]
     names: Tuple[str, ...]
-    """Of the parameters; empty for samples."""
+    """Names of the parameters; empty for samples."""
 
     @property
     def arrays(self) -> int:
-        """Before the starts."""
+        """Number of arrays before the starts."""
         return len(self.names) if self.build is not None else 1
 
     def follow(self, *given: Doubles) -> Tuple[Doubles, ...]:
-        """Positions, directions and optical lengths of the ends."""
+        """Returns positions, directions and optical lengths of the ends."""
         ends = self.rays.with_starts(*given[self.arrays :]).forward(self._index(given))
         return ends.positions, ends.directions, ends.optical_lengths
 
     def pull_back(self, *kept: Doubles) -> Tuple[Doubles, ...]:
-        """Derivatives by what was given, from that, the positions of the ends, and derivatives by the ends. Where a ray has none, its ends are NaN: a
-        loss that selects other rays has derivatives there that are zero, or zero times NaN."""
+        """Returns derivatives by the given arrays, from these arrays, the positions of the ends,
+        and derivatives by the ends.
+
+        A ray without an end is NaN. A loss that selects other rays has derivatives there of zero,
+        or of zero times NaN; both count as zero."""
         *given, positions, by_positions, by_directions, by_lengths = kept
         lost = ~np.isfinite(positions).all(axis=1)
         by = (np.where(lost.reshape(-1, *[1] * (values.ndim - 1)), 0.0, values) for values in (by_positions, by_directions, by_lengths))
@@ -69,12 +77,13 @@ class Model(NamedTuple):
 
 
 def torch_function(rays: "Rays", build: Optional[Build]) -> Callable[..., Any]:
-    """Of tensors on the processor; see :meth:`morgana.grad.Rays.torch`."""
+    """Returns the function of CPU tensors for :meth:`morgana.grad.Rays.torch`."""
     torch = _library("torch")
     follow = _torch_rays(torch)
 
     def tensor(given: Any, what: str) -> Any:
-        """In double precision, if it is none yet: the type of ends is that of the tensors."""
+        """Converts to a tensor, in double precision unless it is a tensor already: the type of the
+        tensors determines the type of the ends."""
         if not isinstance(given, torch.Tensor):
             return torch.tensor(grid_samples(given, what))
         if given.is_complex():
@@ -94,14 +103,16 @@ def torch_function(rays: "Rays", build: Optional[Build]) -> Callable[..., Any]:
 
 
 def _torch_rays(torch: Any) -> Callable[..., Any]:
-    """Follows rays for PyTorch, given a model, the type of ends, and tensors."""
+    """Returns a function that traces rays for PyTorch, given a model, the type of the ends, and
+    tensors."""
 
     def host(tensor: Any) -> Doubles:
-        # NumPy has no bfloat16.
+        # Convert to double precision: NumPy has no bfloat16.
         return np.asarray(tensor.detach().cpu().double().numpy(), dtype=float)
 
     def one_by_one(function: Any, batch: int, axes: Sequence[Optional[int]], given: Sequence[Any]) -> Any:
-        """What a function gives for each of a batch of tensors, for ``torch.vmap``, and its axes."""
+        """Applies a function to each item of a batch of tensors, for ``torch.vmap``, and returns
+        the results with their axes."""
         parts = [function(*(value if axis is None else value.select(axis, i) for value, axis in zip(given, axes))) for i in range(batch)]
         found = tuple(map(torch.stack, zip(*parts)))
         return found, (0,) * len(found)
@@ -131,7 +142,7 @@ def _torch_rays(torch: Any) -> Callable[..., Any]:
 
         @staticmethod
         def setup_context(ctx: Any, inputs: Any, output: Any) -> None:
-            """Keeps nothing: no derivatives follow."""
+            """Stores nothing, because there are no second derivatives."""
 
         @staticmethod
         def backward(ctx: Any, *by: Any) -> Any:
@@ -145,7 +156,7 @@ def _torch_rays(torch: Any) -> Callable[..., Any]:
 
 
 def jax_function(rays: "Rays", build: Optional[Build]) -> Callable[..., Any]:
-    """See :meth:`morgana.grad.Rays.jax`."""
+    """Returns the function for :meth:`morgana.grad.Rays.jax`."""
     jax = _library("jax")
     numpy = importlib.import_module("jax.numpy")
 
@@ -158,7 +169,7 @@ def jax_function(rays: "Rays", build: Optional[Build]) -> Callable[..., Any]:
             return tuple(np.asarray(value, shape.dtype) for value, shape in zip(found, shapes))
 
         if not any(isinstance(array, jax.core.Tracer) for array in arrays):
-            # A callback would wrap errors.
+            # Call directly: a callback would wrap errors.
             return tuple(map(numpy.asarray, on_host(*arrays)))
         return jax.pure_callback(on_host, shapes, *arrays, vmap_method="sequential")
 
@@ -182,7 +193,8 @@ def jax_function(rays: "Rays", build: Optional[Build]) -> Callable[..., Any]:
         return ends  # type: ignore[no-any-return, unused-ignore]
 
     def real(given: Any) -> Any:
-        """An array of real numbers, also of whole ones: ends have the type of their starts."""
+        """Converts to real numbers, also from integers: the type of the starts determines the type
+        of the ends."""
         array = numpy.asarray(given)
         return array.astype(numpy.result_type(array, float))
 
@@ -196,7 +208,7 @@ def jax_function(rays: "Rays", build: Optional[Build]) -> Callable[..., Any]:
 
 
 def _checked(rays: "Rays", build: Optional[Build], values: Sequence[Any], starts: Sequence[Any], broadcast_to: Callable[..., Any]) -> Tuple[Any, Any]:
-    """Origins, and a direction for each. Refuses shapes that do not fit."""
+    """Returns origins, and a direction for each. Raises an error for shapes that do not match."""
     origins, directions = starts
     check_starts(tuple(origins.shape), tuple(directions.shape))
     if build is None:
@@ -205,7 +217,7 @@ def _checked(rays: "Rays", build: Optional[Build], values: Sequence[Any], starts
 
 
 def _flat(index: Any, build: Optional[Build]) -> Tuple[Tuple[str, ...], Tuple[Any, ...]]:
-    """Names and arrays of what is given in place of an index."""
+    """Returns names and arrays of the given index."""
     if build is None:
         if isinstance(index, (dict, Field, System)):
             raise GradError(f"samples of n are expected, not {type(index).__name__}: for parameters of a field or a lens, say how it is built of them")

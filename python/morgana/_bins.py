@@ -13,24 +13,25 @@ from ._result import Result
 
 Doubles = NDArray[np.float64]
 WHOLE = {"tagged": "total", "stokes": "S0"}
-"""Where an axis tells apart what does not add up to the light, the layer that is all of it."""
+"""Name of the layer that contains all light, by the axis whose layers do not add up to the
+light."""
 
 
 class Bins(NamedTuple):
-    """How the film of a picture tells light apart by length or time."""
+    """Bins of a picture's film by length or time."""
 
     axis: str
     """``"length"`` or ``"time"``."""
     edges: Doubles
     """Edges of the bins."""
     speed_of_light: float
-    """Optical length by unit of the edges."""
+    """Optical length per unit of the edges."""
     layers: List[List[str]]
-    """Names of the layers of light in each bin; they add up to its light."""
+    """Names of the layers of light in each bin, which add up to the light of the bin."""
 
 
 def bins_of(picture: Union[Result, Image]) -> Optional[Bins]:
-    """Those of a picture; none if its light is not separated so."""
+    """Returns the bins of a picture; ``None`` if its light is not separated by length or time."""
     axes: List[Dict[str, Any]] = picture.axes if isinstance(picture, Result) else json.loads(picture.attributes.get("decomposition", "[]"))
     by_name = {axis["name"]: axis for axis in axes}
     axis = by_name.get("length") or by_name.get("time")
@@ -47,7 +48,8 @@ def bins_of(picture: Union[Result, Image]) -> Optional[Bins]:
 
 
 def mean_and_variance(layers: Mapping[str, Any], name: str) -> Tuple[Doubles, Doubles]:
-    """Those of a layer: of a result, or of a file, which has the variance beside it."""
+    """Returns mean and variance of a layer of a result, or of a file, which has a layer of
+    variances."""
     layer = layers[name]
     if not isinstance(layer, np.ndarray):
         return np.asarray(layer.mean, float), np.asarray(layer.variance, float)

@@ -15,12 +15,13 @@ if TYPE_CHECKING:
 
 Doubles = NDArray[np.float64]
 Told = Tuple[Tuple[int, int, int], int, float, int]
-"""An iteration: see :class:`morgana.reconstruct.Iteration`."""
+"""Fields of an iteration: see :class:`morgana.reconstruct.Iteration`."""
 Saved = Tuple[Doubles, List[Told], str]
 
 
 class Checkpoint:
-    """The file of one problem: samples so far, all iterations, and why the search has ended, if it has."""
+    """File of one reconstruction: samples, all iterations, and the reason for the end of the
+    search; empty if it has not ended."""
 
     def __init__(self, path: Union[str, "os.PathLike[str]"], problem: "_Problem", error: Type[Exception]) -> None:
         self.path, self.key, self.error = os.fspath(path), _key(problem), error
@@ -29,19 +30,21 @@ class Checkpoint:
 
     def _read(self) -> Saved:
         try:
-            # Of a file that it has opened itself, NumPy leaves damaged ones open.
+            # Open the file here: NumPy does not close damaged files that it opened itself.
             with open(self.path, "rb") as opened, np.load(opened, allow_pickle=False) as file:
                 key, samples, stopped = str(file["key"]), file["samples"], str(file["stopped"])
                 history = [((int(z), int(y), int(x)), int(number), float(value), int(rays)) for z, y, x, number, value, rays in file["history"]]
         except Exception as problem:
-            # Damaged archives raise almost anything: BadZipFile, zlib.error, NotImplementedError, RuntimeError, MemoryError.
+            # Catch all exceptions: damaged archives raise BadZipFile, zlib.error,
+            # NotImplementedError, RuntimeError, MemoryError and others.
             raise self.error(f"{self.path} is no checkpoint of a reconstruction: {problem}") from None
         if key != self.key:
             raise self.error(f"{self.path} is of other rays, data or options: delete it, or name another checkpoint")
         return samples, history, stopped
 
     def save(self, samples: Doubles, history: Sequence[Told], stopped: str) -> None:
-        """Replaces the file as a whole: whatever interrupts, it holds one iteration or the next."""
+        """Replaces the file atomically: after any interruption, it contains one iteration or the
+        next."""
         rows = np.array([(*shape, number, value, rays) for shape, number, value, rays in history], float).reshape(-1, 6)
         with self._writing():
             with open(self.beside, "wb") as file:
@@ -49,7 +52,7 @@ class Checkpoint:
             os.replace(self.beside, self.path)
 
     def refuse_unwritable(self) -> None:
-        """Refuses a file that could not be written, before iterations that take long."""
+        """Raises an error, before long iterations, if the file cannot be written."""
         with self._writing():
             open(self.beside, "wb").close()
             os.remove(self.beside)
@@ -63,7 +66,7 @@ class Checkpoint:
 
 
 def _key(problem: "_Problem") -> str:
-    """A number of everything that decides what is found but how many iterations are made."""
+    """Returns a hash of everything that determines the result, except the number of iterations."""
     digest = hashlib.sha256()
     misfit, limits = problem.misfit, problem.limits
     values: List[Any] = [*misfit.rays.starts, problem.start, *(kind.values for kind in misfit.measured)]

@@ -1,4 +1,5 @@
-"""Arguments of users, checked before the compiled part sees them: messages name the argument and what it must be."""
+"""Checks of arguments before the compiled part takes them. Messages name the argument and its valid
+values."""
 
 from __future__ import annotations
 
@@ -13,26 +14,26 @@ from ._errors import RenderError
 from ._morgana import Scene
 
 MOST_THREADS = 1024
-"""More of them would use up the machine before any work is done."""
+"""Maximum number of threads: more would exhaust the machine before any work is done."""
 
 MOST = 2**63 - 1
-"""The largest number of samples."""
+"""Largest number of samples."""
 
 
 def scene(value: object) -> None:
-    """Refuses what is no scene."""
+    """Raises an error unless the argument is a scene."""
     if not isinstance(value, Scene):
         made = "load_dict" if isinstance(value, Mapping) else "load_file"
         raise TypeError(f"expected a Scene, found {type(value).__name__}: make one by morgana.{made}")
 
 
 def shown(value: Any) -> str:
-    """A value in a message: of arrays their shapes, of what is long its ends."""
+    """Formats a value for a message: the shape of an array, and only the ends of long values."""
     return f"an array of shape {value.shape}" if isinstance(value, np.ndarray) and value.ndim > 0 else reprlib.repr(value)
 
 
 def whole(value: Any, name: str, least: int, most: int = MOST) -> int:
-    """A whole number in a range."""
+    """Returns a whole number in a range, or raises an error."""
     try:
         number = operator.index(value)
     except TypeError:
@@ -45,12 +46,12 @@ def whole(value: Any, name: str, least: int, most: int = MOST) -> int:
 
 
 def optional_whole(value: Any, name: str, least: int, most: int = MOST) -> Optional[int]:
-    """The same, or none."""
+    """Returns a whole number in a range, or ``None``."""
     return None if value is None else whole(value, name, least, most)
 
 
 def real(value: Any, name: str, must: str) -> float:
-    """A number; ``must`` says of which kind it must be."""
+    """Returns a number; ``must`` describes the valid kind in the message."""
     try:
         if isinstance(value, (str, bytes)) or np.ndim(value) > 0:
             raise TypeError
@@ -60,7 +61,7 @@ def real(value: Any, name: str, must: str) -> float:
 
 
 def positive(value: Any, name: str) -> float:
-    """A positive, finite number."""
+    """Returns a positive, finite number, or raises an error."""
     found = real(value, name, "a positive number")
     if not (found > 0 and math.isfinite(found)):
         raise RenderError(f"{name} is {value} but must be a positive number")
@@ -68,12 +69,12 @@ def positive(value: Any, name: str) -> float:
 
 
 def optional_positive(value: Any, name: str) -> Optional[float]:
-    """The same, or none."""
+    """Returns a positive, finite number, or ``None``."""
     return None if value is None else positive(value, name)
 
 
 def optional_finite(value: Any, name: str) -> Optional[float]:
-    """A finite number, or none."""
+    """Returns a finite number, or ``None``."""
     if value is None:
         return None
     found = real(value, name, "a finite number")
@@ -83,14 +84,14 @@ def optional_finite(value: Any, name: str) -> Optional[float]:
 
 
 def text(value: Any, name: str) -> Optional[str]:
-    """A text, or none."""
+    """Returns a text, or ``None``."""
     if value is not None and not isinstance(value, str):
         raise TypeError(f"{name} is {value!r} but must be a text")
     return value
 
 
 def texts(value: Any, name: str) -> List[str]:
-    """A text, or several."""
+    """Returns a list of texts, from one text or several."""
     values = [value] if isinstance(value, str) else list(value)
     if not all(isinstance(item, str) for item in values):
         raise TypeError(f"{name} is {shown(value)} but must be texts")
@@ -98,14 +99,14 @@ def texts(value: Any, name: str) -> List[str]:
 
 
 def truth(value: Any, name: str) -> bool:
-    """True or false."""
+    """Returns True or False, or raises an error."""
     if value not in (True, False):
         raise TypeError(f"{name} is {value!r} but must be True or False")
     return bool(value)
 
 
 def mapping(value: Any, what: str) -> Dict[str, Any]:
-    """A dictionary."""
+    """Returns a dictionary, or raises an error."""
     if not isinstance(value, Mapping):
         raise TypeError(f"expected {what} as a dictionary, found {type(value).__name__}")
     return dict(value)

@@ -1,4 +1,4 @@
-"""Solving Ax = b for one symmetric positive operator A and one b after the other."""
+"""Solver of Ax = b for one symmetric positive operator A and a sequence of b."""
 
 from __future__ import annotations
 
@@ -13,16 +13,18 @@ Doubles = NDArray[np.float64]
 Operator = Callable[[Doubles], Doubles]
 
 BYTES = 256 << 20
-"""Kept directions and what the operator makes of them take so much at most."""
+"""Maximum memory for stored directions and their images under the operator, bytes."""
 FIRST = 64
-"""Directions for which there is room at first."""
+"""Number of directions that are allocated initially."""
 
 
 class ConjugateDirections:
-    """Preconditioned conjugate gradients that keep their directions (Saad et al. 2000, of which the directions that are deflated are all of the earlier ones).
+    """Preconditioned conjugate gradients that keep all earlier directions for deflation (Saad et
+    al. 2000).
 
-    Each solution begins as the best combination of the directions that earlier ones went, and goes on conjugate to them. So all solutions together need no more
-    directions than there are unknowns, as long as there is room for them.
+    Each solution starts from the best combination of earlier directions, and continues conjugate to
+    them. All solutions together therefore need at most as many directions as there are unknowns,
+    while there is memory for them.
     """
 
     def __init__(self, operator: Operator, precondition: Operator, size: int) -> None:
@@ -32,7 +34,8 @@ class ConjugateDirections:
         self.directions, self.images = (np.empty((min(FIRST, self.most), size)) for _ in range(2))
 
     def solve(self, b: Doubles, residual: float, products: int) -> Optional[Doubles]:
-        """x with \\|Ax − b\\| at most ``residual`` times \\|b\\|; ``None`` if it takes more than so many products with A."""
+        """Returns x with \\|Ax − b\\| at most ``residual`` times \\|b\\|; ``None`` if this takes
+        more than ``products`` products with A."""
         x, left = np.zeros(self.size), b
         share = self.directions[: self.count] @ left
         x, left = x + share @ self.directions[: self.count], left - share @ self.images[: self.count]
@@ -53,8 +56,9 @@ class ConjugateDirections:
         return x if np.linalg.norm(left) <= goal else None
 
     def _conjugate(self, direction: Doubles, last: Optional[Tuple[Doubles, Doubles]]) -> Doubles:
-        """The part of a direction that is conjugate to those that are kept, and to the last."""
-        # Twice, for round-off.
+        """Returns the part of a direction that is conjugate to the stored directions, and to the
+        last."""
+        # Repeat the projection, to reduce round-off.
         for _ in range(2):
             direction = direction - (self.images[: self.count] @ direction) @ self.directions[: self.count]
             if last is not None:
@@ -62,7 +66,7 @@ class ConjugateDirections:
         return direction
 
     def _keep(self, direction: Doubles, image: Doubles) -> bool:
-        """Whether there is room for a direction of unit curvature."""
+        """Stores a direction of unit curvature. Returns False if there is no memory for it."""
         if self.count == self.most:
             return False
         if self.count == len(self.directions):

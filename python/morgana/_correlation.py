@@ -1,4 +1,4 @@
-"""The autocorrelation of light."""
+"""Autocorrelation of light."""
 
 from __future__ import annotations
 
@@ -14,18 +14,22 @@ Doubles = NDArray[np.float64]
 
 @comparable
 class Correlation(NamedTuple):
-    """The field autocorrelation of detected light, by delay and channel. All errors are standard errors among particles."""
+    """Field autocorrelation of detected light, by delay and channel.
+
+    All errors are standard errors over particles."""
 
     delays: Doubles
     """Delays τ in seconds, (n,)."""
     mean: Doubles
-    """G₁(τ), (n, channels), in the unit of the records' weights; G₁(0) is the power."""
+    """Autocorrelation G₁(τ), (n, channels), in the unit of the records' weights; G₁(0) is the
+    power."""
     error: Doubles
-    """Its standard error."""
+    """Standard error of ``mean``, (n, channels)."""
     normalized: Doubles
-    """g₁(τ) = G₁(τ)/G₁(0), (n, channels)."""
+    """Normalised autocorrelation g₁(τ) = G₁(τ)/G₁(0), (n, channels)."""
     normalized_error: Doubles
-    """Its standard error: less than that of G₁, as both have the same particles."""
+    """Standard error of ``normalized``. It is smaller than the error of G₁, because G₁(τ) and G₁(0)
+    come from the same particles."""
 
     def __repr__(self) -> str:
         return f"<morgana.correlation.Correlation at {len(self.delays)} delays>"

@@ -1,4 +1,4 @@
-"""Denoising, by Open Image Denoise."""
+"""Denoising by Open Image Denoise."""
 
 from __future__ import annotations
 
@@ -20,34 +20,39 @@ from ._values import comparable
 
 @comparable
 class Denoised(NamedTuple):
-    """A denoised image, as :func:`denoise` returns it. It is no estimate: nobody knows its error (docs/images.md#denoising)."""
+    """A denoised image: the result of :func:`denoise`.
+
+    Denoising adds an unknown bias: do not measure on a denoised image
+    (docs/images.md#denoising)."""
 
     image: Floats
     """Denoised values, float32, (height, width, channels)."""
     difference: Optional[Floats]
-    """(denoised − estimate) / standard error, of the shape of ``image``; NaN where a value was moved that has no standard
-    error, as where no sample found light. ``None`` if no standard errors are known."""
+    """Differences (denoised − estimate) / standard error, of the shape of ``image``. NaN where a
+    changed value has no standard error, for instance if no sample found light. ``None`` if no
+    standard errors are known."""
     beyond_three: Optional[float]
-    """Share of the values with a standard error that were moved by more than three of them. More than 0.0027 says that
-    the denoiser changed more than noise."""
+    """Fraction of the values with a standard error that changed by more than three standard errors.
+    More than 0.0027 means that the denoiser changed more than noise."""
     unknown: Optional[float]
-    """Share of the values that were moved but have no standard error."""
+    """Fraction of the values that changed but have no standard error."""
     channels: List[str]
     """Names of the channels."""
     attributes: Dict[str, str]
-    """Texts of the image, and ``denoised``, which says by what, and with which guides."""
+    """Texts of the image, and ``denoised``, which names the denoiser and its guides."""
 
     def write(self, path: Path, *, exposure: Optional[float] = None) -> None:
         """Write an ``.exr`` file with the layers ``denoised`` and ``difference``, or a ``.png`` file.
 
-        Neither has a main layer that could be taken for the estimate; both say that they are denoised.
+        Neither has a main layer that could be mistaken for the estimate. Both state that they are
+        denoised.
 
         Parameters
         ----------
         path : path_like
             The file; its extension chooses the format.
         exposure : float, optional
-            Stops by which a ``.png`` file is brightened, as for :func:`write`.
+            Stops by which a ``.png`` file is brightened, as in :func:`write`.
 
         Raises
         ------
@@ -89,24 +94,26 @@ def denoise(
     error: Optional[ArrayLike] = None,
     guides: bool = True,
 ) -> Denoised:
-    """Denoise an image by Open Image Denoise, and tell where that moved it by more than noise explains.
+    """Denoise an image by Open Image Denoise, and find changes that noise does not explain.
 
     Needs the package pyoidn: ``pip install "morgana-render[denoise]"``.
 
     Parameters
     ----------
     image : path_like, Result, Image or array_like
-        Linear values; an array has shape (height, width) or (height, width, channels). Red, green and blue are denoised together,
-        other channels one by one.
+        Linear values; an array has shape (height, width) or (height, width, channels). Red, green
+        and blue are denoised together, other channels one by one.
     albedo : array_like, optional
-        Albedo of first surfaces, (height, width, 3), 0 to 1. By default the layer ``albedo`` of the image, if it has one.
+        Albedo of first surfaces, (height, width, 3), 0 to 1. By default the layer ``albedo`` of the
+        image, if it has one.
     normal : array_like, optional
-        Normals of first surfaces, (height, width, 3). By default the layer ``sh_normal`` or ``geo_normal`` of the image. The
-        denoiser takes normals only beside an albedo.
+        Normals of first surfaces, (height, width, 3). By default the layer ``sh_normal`` or
+        ``geo_normal`` of the image. The denoiser takes normals only together with an albedo.
     error : array_like, optional
-        Standard errors, of the shape of the image. By default those of the result, or the root of the image's layer ``variance``.
+        Standard errors, of the shape of the image. By default the errors of the result, or the root
+        of the image's layer ``variance``.
     guides : bool, optional
-        Whether layers of the image may serve as albedo and normals.
+        Use layers of the image as albedo and normals.
 
     Returns
     -------
@@ -120,8 +127,8 @@ def denoise(
     ImportError
         pyoidn is not installed.
     RenderError
-        Arrays that do not fit, values that are not finite, normals without an albedo, an image that is denoised already, and
-        quantities of rays, which are not light.
+        Arrays of a wrong shape, values that are not finite, normals without an albedo, an image
+        that is already denoised, or quantities of rays, which are not light.
 
     Examples
     --------

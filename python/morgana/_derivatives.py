@@ -1,4 +1,4 @@
-"""Derivatives of pictures and of readings by what their scenes are made of."""
+"""Derivatives of pictures and of readings by parameters of their scenes."""
 
 from __future__ import annotations
 
@@ -27,13 +27,15 @@ NO_READING = "the meters have no reading"
 
 @comparable
 class Derivative(NamedTuple):
-    """The derivative of a loss by a parameter of a scene."""
+    """Derivative of a loss by a parameter of a scene."""
 
     value: Doubles
-    """Values, float64: (channels,) of a parameter with one number, (labels, channels), (z, y, x, channels), or (y, x, channels) of an image; of a ``jacobian`` after the axes of the
-    reading. Of an index, which all channels share: (z, y, x) of samples, (parameters,) of another field, or the shape of its parameter."""
+    """Values, float64. The shape is (channels,) for a parameter with one number, (labels,
+    channels), (z, y, x, channels), or (y, x, channels) for an image. For a ``jacobian``, the axes
+    of the reading come first. For an index, which all channels share: (z, y, x) of samples,
+    (parameters,) of another field, or the shape of its parameter."""
     error: Doubles
-    """Standard errors, of the same shape; from at most 32 batches of samples."""
+    """Standard errors, of the same shape, from at most 32 batches of samples."""
 
     def __repr__(self) -> str:
         shape = " × ".join(map(str, self.value.shape))
@@ -52,64 +54,82 @@ def derivatives(
     threads: Optional[int] = None,
     progress: Progress = False,
 ) -> Dict[str, Derivative]:
-    """Take derivatives of a loss of a picture, or of readings, by parameters of the scene, without bias.
+    """Unbiased derivatives of a loss of a picture, or of readings, by parameters of the scene.
 
-    The loss enters by its derivatives by all values of the picture, or of the readings: the *weights*. Paths are those of the integrator,
-    ``path``, ``particle`` or ``bdpt``, or the particles of meters. They are held fixed while what they bring changes; the time hardly depends on the number of parameters. Random numbers are
-    independent of those that ``render`` takes with the same seed, as losses that are not linear need it.
+    The loss enters by its derivatives by all values of the picture, or of the readings: the
+    *weights*. Paths are sampled by the integrator, ``path``, ``particle`` or ``bdpt``, or are the
+    particles of meters. They are held fixed while their contributions change. The run time hardly
+    depends on the number of parameters. Random numbers are independent of those of ``render`` with
+    the same seed, as nonlinear losses require.
 
-    Parameters are named after the things of the scene: ``MEDIUM.sigma_t`` (at the same albedo), ``MEDIUM.albedo``, ``MEDIUM.sigma_a`` (at the same
-    ``sigma_s``), ``MEDIUM.sigma_s`` (at the same ``sigma_a``), ``MEDIUM.g`` of the phase function ``hg``, ``OBJECT.reflectance``,
-    ``.diffuse_reflectance``, ``.specular_reflectance``, ``.specular_transmittance``, ``.transmittance`` and ``.base_color``, the colours of its bsdf (one colour, every
-    pixel of a ``bitmap``, every vertex or face of a mesh that is coloured, or the two colours of a ``checkerboard``),
-    ``EMITTER.emission``, a factor on all that the emitter emits, which is 1, ``EMITTER.radiance``, what its light is made up of (one radiance, intensity
-    or irradiance, or power of a beam; the pixels of an image, of that of a beam or fibre as irradiances; the voxels of a volume; of a medium that emits, its ``radiance``), and ``exposure``, a factor on all that is measured, which
-    is 1. Coefficients are per unit length, the medium's ``scale`` included; so are the scales of images.
+    Parameters are named after objects of the scene; coefficients are per unit length, and include
+    the medium's ``scale``:
 
-    ``MEDIUM.ior`` is the refractive index of a medium, which may scatter: every sample of n of a grid, or all parameters of another field in a row;
-    ``MEDIUM.ior.delta`` is one parameter of it, by the name that ``morgana.grad.parameters`` knows. Such derivatives follow paths of their own, whose
-    vertices move with the index, and which meet light by chance. They need a camera, extinctions and albedos that are even or trilinear grids, and light without
-    edges: a ``constant`` or ``envmap``, or a ``rectangle`` with a ``bitmap`` that is dark at its edge. Weights may be those of layers by bounces. Other scenes are refused;
-    paths that are lost are counted in a ``SceneWarning``.
+    * ``MEDIUM.sigma_t`` (at constant albedo), ``MEDIUM.albedo``, ``MEDIUM.sigma_a`` (at constant
+      ``sigma_s``), ``MEDIUM.sigma_s`` (at constant ``sigma_a``), ``MEDIUM.g`` of the phase function
+      ``hg``.
+    * ``OBJECT.reflectance``, ``.diffuse_reflectance``, ``.specular_reflectance``,
+      ``.specular_transmittance``, ``.transmittance`` and ``.base_color``: the colours of its bsdf.
+      They are one colour, all pixels of a ``bitmap``, all vertices or faces of a coloured mesh, or
+      the two colours of a ``checkerboard``.
+    * ``EMITTER.emission``: a factor, 1, on all light of the emitter.
+    * ``EMITTER.radiance``: the values of its light. They are one radiance, intensity or irradiance,
+      or power of a beam; the pixels of an image, including its scale, which are irradiances for a
+      beam or fibre; the voxels of a volume; the ``radiance`` of an emitting medium.
+    * ``exposure``: a factor, 1, on all measured values.
+
+    ``MEDIUM.ior`` is the refractive index of a medium, which may scatter: all samples of n of a
+    grid, or all parameters of another field in a row. ``MEDIUM.ior.delta`` is one of its
+    parameters, with its name in ``morgana.grad.parameters``. These derivatives use separate paths,
+    whose vertices move with the index, and which find light only by random hits. They need a
+    camera, extinctions and albedos that are uniform or trilinear grids, and light without edges: a
+    ``constant`` or ``envmap``, or a ``rectangle`` with a ``bitmap`` that is dark at its edge.
+    Weights may be given for layers by bounces. Other scenes raise an error. A ``SceneWarning``
+    gives the number of lost paths.
 
     Parameters
     ----------
     scene : Scene
         A scene with a camera, or with meters.
     parameters : iterable of str
-        What to differentiate by, such as ``["smoke.sigma_t", "wall.reflectance"]``.
+        Names of the parameters, such as ``["smoke.sigma_t", "wall.reflectance"]``.
     weights : array_like, mapping or callable
-        Derivatives of the loss by the picture, (height, width, channels). Of a film with layers, also a mapping from names of layers to
-        such arrays; layers that are left out do not count. Of meters, a mapping from names of readings, as ``Result.meters`` has them, to arrays
-        of their shapes. Or a function that makes any of these from a ``Result``: it is called with a render of as many samples or particles.
+        Derivatives of the loss by the picture, (height, width, channels). For a film with layers,
+        also a mapping from names of layers to such arrays; layers that it leaves out have weight
+        zero. For meters, a mapping from names of readings, as in ``Result.meters``, to arrays of
+        their shapes. Or a function that makes any of these from a ``Result``: it is called with a
+        render of this number of samples or particles.
     spp : int, optional
-        Samples per pixel, ≥ 2, instead of the scene's number.
+        Samples per pixel, ≥ 2; by default the scene's number.
     particles : int, optional
-        Particles to follow, ≥ 2, instead of the scene's number, if the scene has meters.
+        Number of particles, ≥ 2; by default the scene's number. For scenes with meters.
     seed : int, optional
         Seed of the random numbers, 0 to 2⁶⁴ − 1. The same seed gives the same numbers, bit for bit, for any number of threads.
     integrator : {"path", "particle", "bdpt"}, optional
-        Integrator instead of the scene's, for pictures. It finds the picture that weights are made of, and derivatives by all but an index, whose
-        paths are their own.
+        Integrator instead of the scene's, for pictures. It computes the picture for the weights,
+        and all derivatives except by an index, which use separate paths.
     threads : int, optional
-        Number of threads, ≥ 1; by default as many as there are processors.
+        Number of threads, ≥ 1; by default the number of CPU cores.
     progress : bool or callable, optional
-        ``True`` for a bar, or a function that is called with the share of the work that is done, 0 to 1.
+        ``True`` for a progress bar, or a function that is called with the completed fraction, 0 to
+        1.
 
     Returns
     -------
     dict of str to Derivative
-        One for each parameter, by its name.
+        Derivatives by the names of the parameters.
 
     Raises
     ------
     RenderError
-        A parameter that the scene does not have, or whose derivative no path finds; weights that do not fit or are not finite; a scene whose picture is blurred (``photon``, ``sppm``, ``vcm``) or shows no light (``aov``);
-        an index in a scene in which light jumps when rays move.
+        A parameter that the scene does not have, or whose derivative no path finds. Weights that
+        have a wrong shape or are not finite. A scene whose picture is blurred (``photon``,
+        ``sppm``, ``vcm``) or shows no light (``aov``). An index in a scene in which light is
+        discontinuous as rays move.
     TypeError
         An argument of another type.
     KeyboardInterrupt
-        Ctrl-C, also in the render that weights are made of.
+        Ctrl-C, also during the render for the weights.
 
     Examples
     --------
@@ -126,7 +146,7 @@ def derivatives(
     if indices:
         _morgana.check_index_derivatives(scene, indices, isinstance(weights, Mapping))
     if others or integrator is not None:
-        # What an integrator does not find has no derivatives by an index either.
+        # Check the integrator for derivatives by an index, too.
         _morgana.check_derivatives(scene, wanted, by)
     if callable(weights):
         rendered = render(scene, spp=spp, particles=particles, seed=seed, integrator=integrator, threads=threads)
@@ -160,40 +180,45 @@ def jacobian(
     threads: Optional[int] = None,
     progress: Progress = False,
 ) -> Dict[str, Derivative]:
-    """Take the derivatives of every bin of a reading by parameters of the scene, without bias: rows of a Jacobian.
+    """Unbiased derivatives of every bin of a reading by parameters: rows of a Jacobian.
 
-    A detector's bins are its positions, directions and time gates; voxels of the medium are the columns. All rows come from the same particles, and the time
-    depends on the number of bins only as far as particles pass several of them. Parameters and random numbers are those of ``derivatives``.
+    The bins of a detector are its positions, directions and time gates; the columns are the voxels
+    of the medium. All rows come from the same particles, and the run time depends on the number of
+    bins only if particles pass several bins. Parameters and random numbers are those of
+    ``derivatives``.
 
     Parameters
     ----------
     scene : Scene
         A scene with meters.
     parameters : iterable of str
-        What to differentiate by, such as ``["tissue.sigma_a", "tissue.sigma_s"]``.
+        Names of the parameters, such as ``["tissue.sigma_a", "tissue.sigma_s"]``.
     reading : str
-        The reading, by its name in ``Result.meters``.
+        Name of the reading in ``Result.meters``.
     particles : int, optional
-        Particles to follow, ≥ 2, instead of the scene's number.
+        Number of particles, ≥ 2; by default the scene's number.
     seed : int, optional
         Seed of the random numbers, 0 to 2⁶⁴ − 1. The same seed gives the same numbers, bit for bit, for any number of threads.
     threads : int, optional
-        Number of threads, ≥ 1; by default as many as there are processors.
+        Number of threads, ≥ 1; by default the number of CPU cores.
     progress : bool or callable, optional
-        ``True`` for a bar, or a function that is called with the share of the work that is done, 0 to 1.
+        ``True`` for a progress bar, or a function that is called with the completed fraction, 0 to
+        1.
 
     Returns
     -------
     dict of str to Derivative
-        One for each parameter, by its name. Axes are those of the reading, then those of the parameter, then channels. Each channel of
-        the reading depends on the same channel of the parameter alone.
+        Derivatives by the names of the parameters. Axes are those of the reading, then of the
+        parameter, then channels. Each channel of the reading depends only on the same channel of
+        the parameter.
 
     Raises
     ------
     RenderError
-        A parameter that the scene does not have, or whose derivative no particle finds; a reading that it does not have.
+        A parameter that the scene does not have, or whose derivative no particle finds; a reading
+        that the scene does not have.
     MemoryError
-        More numbers than fit into memory.
+        The numbers do not fit into memory.
     TypeError
         An argument of another type.
 
@@ -224,7 +249,7 @@ def _names(parameters: Iterable[str]) -> List[str]:
 
 
 def _checked(values: ArrayLike, what: str, shape: Tuple[int, ...], of: str) -> Doubles:
-    """Weights in a row."""
+    """Returns weights as a flat array."""
     array = numbers(values, what)
     if array.shape != shape:
         raise RenderError(f"{what} have shape {array.shape} but must have that of {of}, {shape}")
@@ -241,7 +266,7 @@ def _known(names: Iterable[str], known: Sequence[str], what: str, none: str) -> 
 
 
 def _of_picture(scene: Scene, weights: Weights) -> Tuple[List[Doubles], bool]:
-    """The weights in a row, and whether they are those of all layers."""
+    """Returns the weights as a flat array, and True if they are weights of all layers."""
     width, height = scene.size
     shape = (height, width, len(scene.channels))
     if not isinstance(weights, Mapping):
@@ -255,7 +280,7 @@ def _of_picture(scene: Scene, weights: Weights) -> Tuple[List[Doubles], bool]:
 
 
 def _of_readings(scene: Scene, weights: Weights) -> Tuple[List[Doubles], bool]:
-    """The weights of each reading in a row, empty without any."""
+    """Returns the weights of each reading as a flat array, empty for readings without weights."""
     readings = scene._readings
     if not isinstance(weights, Mapping):
         raise TypeError(f"weights of readings must be a dictionary by names of readings: {', '.join(name for name, _ in readings)}")

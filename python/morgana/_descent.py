@@ -1,4 +1,6 @@
-"""Minimising a smooth function of many numbers within limits: limited-memory BFGS on those that are free, projected."""
+"""Minimisation of a smooth function of many numbers within limits.
+
+The method is projected limited-memory BFGS on the free numbers."""
 
 from __future__ import annotations
 
@@ -18,21 +20,24 @@ Pairs = List[Tuple[Doubles, Doubles]]
 """Steps, and changes of the gradient along them."""
 
 MEMORY = 12
-"""Pairs of steps and changes of the gradient that are kept."""
+"""Number of pairs of steps and gradient changes that are kept."""
 DECREASE = 1e-4
-"""A step is taken if it brings this share of what the slope at its start promises (Armijo)."""
+"""Fraction of the decrease that the initial slope predicts, which a step must reach (Armijo)."""
 TRIES = 12
-"""A step is shortened at most so often."""
+"""Maximum number of step reductions."""
 SHORTEST, LONGEST = 0.1, 0.5
-"""Each time to a share of its length between these."""
+"""Bounds of the factor of each step reduction."""
 PROBE = 1e-4
-"""Length of the step that measures the first curvature."""
+"""Largest component of the step that measures the initial curvature."""
 CURVED = 1e-8
-"""Pairs whose cosine is smaller say nothing about the curvature."""
+"""Smallest cosine of a pair that determines the curvature."""
 
 
 def first_scale(function: Function, start: Doubles, gradient: Doubles, precondition: Operator) -> Tuple[float, Doubles]:
-    """Along the preconditioned gradient at ``start``: how many times that the minimum is away, as the curvature lets expect, and the step there."""
+    """Returns the distance of the minimum along the preconditioned gradient at ``start``, as a
+    multiple of that gradient, and the step there.
+
+    The estimate uses the curvature along the gradient."""
     down = -precondition(gradient)
     largest = float(np.abs(down).max(initial=0.0))
     if largest == 0:
@@ -47,12 +52,14 @@ def first_scale(function: Function, start: Doubles, gradient: Doubles, precondit
 def minimize(
     function: Function, start: Place, scale: float, limits: Tuple[Doubles, Doubles], precondition: Operator, pairs: Pairs
 ) -> Iterator[Tuple[Doubles, float]]:
-    """Places that are lower and lower, with the value there, until none is found. ``start`` lies within the limits.
+    """Yields places of decreasing value, with the value, until none is found. ``start`` lies within
+    the limits.
 
-    Numbers at a limit that the gradient pushes beyond it stay there. The others make a step of limited-memory BFGS that begins with ``precondition``, a
-    symmetric positive operator, and are clipped to the limits (Bertsekas 1982). As long as nothing is known of the
-    curvature, it goes ``scale`` times down the preconditioned gradient (:func:`first_scale`).
-    ``pairs``, empty at first, keep what is learnt, for functions of about the same curvature.
+    Numbers at a limit stay there if the gradient pushes them beyond it. The others take a step of
+    limited-memory BFGS that begins with ``precondition``, a symmetric positive operator, and are
+    clipped to the limits (Bertsekas 1982). While the curvature is unknown, the step is ``scale``
+    times the negative preconditioned gradient (:func:`first_scale`). ``pairs``, initially empty,
+    keeps curvature information for functions of similar curvature.
     """
     low, high = limits
     x, value, gradient = start
@@ -63,7 +70,7 @@ def minimize(
         if found is None and not pairs:
             return
         if found is None:
-            # What was learnt about the curvature misleads: forget it.
+            # Discard the pairs: their curvature is misleading.
             pairs.clear()
             continue
         before = (x, gradient)
@@ -74,7 +81,8 @@ def minimize(
 
 
 def _along(function: Function, here: Place, down: Doubles, limits: Tuple[Doubles, Doubles]) -> Optional[Place]:
-    """A lower place along a direction, projected on the limits."""
+    """Returns a place of lower value along a direction, projected onto the limits; ``None`` if
+    there is none."""
     x, value, gradient = here
     share = 1.0
     for _ in range(TRIES):
@@ -85,13 +93,14 @@ def _along(function: Function, here: Place, down: Doubles, limits: Tuple[Doubles
         new, slope = function(there)
         if new <= value + DECREASE * promised:
             return there, new, slope
-        # To the minimum of the parabola through what is known, within limits.
+        # Move to the minimum of the parabola through the known values, within bounds.
         share *= min(max(0.5 * promised / (promised - (new - value)), SHORTEST), LONGEST)
     return None
 
 
 def _direction(pairs: Pairs, gradient: Doubles, free: NDArray[np.bool_], precondition: Operator, scale: float) -> Doubles:
-    """Down the gradient, times the inverse Hessian that the pairs let expect among the free numbers: the two loops of Nocedal (1980)."""
+    """Returns the negative gradient times the inverse Hessian that the pairs imply among the free
+    numbers: the two loops of Nocedal (1980)."""
     left = np.where(free, gradient, 0.0)
     curved, shares = [], []
     for step, change in pairs:

@@ -1,4 +1,4 @@
-"""Arrays of ultrasound, element by element: see :class:`morgana.grad.ElementArray`."""
+"""Ultrasound arrays by their elements: see :class:`morgana.grad.ElementArray`."""
 
 from __future__ import annotations
 
@@ -21,23 +21,26 @@ APERTURES = ("linear_array", "ring_array")
 
 
 class ElementArray:
-    """The sound of an ultrasound array as a function of the amplitudes and phases of its elements, with derivatives.
+    """The sound of an ultrasound array as a differentiable function of its elements.
 
-    The sound of each element is computed once, on the grid of the ``transducer``. That of the array is their sum, each multiplied by a complex weight, of
-    which the modulus is the element's apodization and the angle its phase.
+    Each element has an amplitude and a phase.
+
+    The sound of each element is computed once, on the grid of the ``transducer``. The sound of the
+    array is their sum, each multiplied by a complex weight. The modulus of the weight is the
+    element's apodization, and its angle the element's phase.
 
     Parameters
     ----------
     volume : dict
-        A volume of type ``transducer`` as in scenes, with the aperture ``linear_array`` or ``ring_array``, without ``to_world``. Its focus, delays and
-        apodization do not count.
+        A volume of type ``transducer`` as in scenes, with the aperture ``linear_array`` or
+        ``ring_array``, without ``to_world``. Its focus, delays and apodization are ignored.
 
     Raises
     ------
     GradError
-        Another volume.
+        Another type of volume.
     SceneError
-        Parameters that do not fit.
+        Parameters that are missing or out of range.
 
     Examples
     --------
@@ -66,34 +69,38 @@ class ElementArray:
 
     @property
     def amplitudes(self) -> Complexes:
-        """Complex amplitudes of the index in the sound of each element alone, (elements, nz, ny, nx): n = n₀ + Re(A e^{iωt})."""
+        """Complex amplitudes A of the index for the sound of each element.
+
+        The shape is (elements, nz, ny, nx), and n = n₀ + Re(A e^{iωt})."""
         return self._amplitudes
 
     @property
     def positions(self) -> Doubles:
-        """Where the samples are, (nz, ny, nx, 3), in scene units."""
+        """Positions of the samples, (nz, ny, nx, 3), in scene units."""
         low, high = (np.asarray(self._volume[name], float) for name in ("min", "max"))
         axes = [np.linspace(a, b, n) for a, b, n in zip(low, high, self._amplitudes.shape[:0:-1])]
         z, y, x = np.meshgrid(*axes[::-1], indexing="ij")
         return np.stack([x, y, z], axis=-1)
 
     def amplitude(self, weights: ArrayLike) -> Complexes:
-        """The complex amplitude of the index in the sound of all elements.
+        """Complex amplitude of the index for the sound of all elements.
 
         Parameters
         ----------
         weights : array_like of complex, (elements,)
-            What each element's sound is multiplied by.
+            Factors on the sound of each element.
 
         Returns
         -------
         numpy.ndarray
-            (nz, ny, nx).
+            Amplitudes, (nz, ny, nx).
         """
         return np.asarray(np.tensordot(self._weights(weights), self._amplitudes, 1))
 
     def field(self, weights: ArrayLike) -> Field:
-        """The index in the sound of all elements at the instant t = 0, for :meth:`Rays.forward`, and for scenes as a volume of its own.
+        """The index for the sound of all elements at the instant t = 0.
+
+        The field is for :meth:`Rays.forward`, and for scenes as a volume.
 
         Parameters
         ----------
@@ -103,12 +110,12 @@ class ElementArray:
         Returns
         -------
         Field
-            Of which the parameter ``amplitude`` is that of the samples.
+            Field whose parameter ``amplitude`` contains the amplitudes of the samples.
         """
         return _morgana.load_field(self.volume(weights))
 
     def volume(self, weights: ArrayLike) -> Dict[str, Any]:
-        """The same as a volume for scenes, of type ``pressure``.
+        """The index for the sound of all elements as a volume for scenes, of type ``pressure``.
 
         Parameters
         ----------
@@ -118,7 +125,7 @@ class ElementArray:
         Returns
         -------
         dict
-            For ``load_field`` and scenes.
+            Dictionary for ``load_field`` and scenes.
         """
         given = self._volume
         low, high = (np.asarray(given[name], float) for name in ("min", "max"))
@@ -127,17 +134,18 @@ class ElementArray:
         return {"type": "pressure", "data": self.amplitude(weights) / given["dn_dp"], "placement": "nodes", "to_world": cube, **kept}
 
     def by_weights(self, by_amplitude: ArrayLike) -> Complexes:
-        """Derivatives of a loss by the weights, from those by the amplitudes.
+        """Derivatives of a loss by the weights, from derivatives by the amplitudes.
 
         Parameters
         ----------
         by_amplitude : array_like, (nz, ny, nx) of complex or (nz, ny, nx, 2)
-            Derivatives by real and imaginary parts, as :attr:`Gradient.parameters` has them.
+            Derivatives by real and imaginary parts, as in :attr:`Gradient.parameters`.
 
         Returns
         -------
         numpy.ndarray of complex, (elements,)
-            Derivatives by the real parts of the weights, and by the imaginary parts as imaginary parts.
+            Derivatives by the real parts of the weights as real parts, and by the imaginary parts
+            as imaginary parts.
         """
         by = np.asarray(by_amplitude)
         shape = self._amplitudes.shape[1:]
@@ -148,7 +156,7 @@ class ElementArray:
         return np.asarray(np.tensordot(self._amplitudes.conj(), by, 3))
 
     def by_phases(self, weights: ArrayLike, by_amplitude: ArrayLike) -> Doubles:
-        """Derivatives of a loss by the phases of the elements, from those by the amplitudes.
+        """Derivatives of a loss by the phases of the elements, from derivatives by the amplitudes.
 
         Parameters
         ----------
@@ -160,7 +168,7 @@ class ElementArray:
         Returns
         -------
         numpy.ndarray
-            (elements,), per radian.
+            Derivatives, (elements,), per radian.
         """
         return np.asarray(np.imag(self._weights(weights).conj() * self.by_weights(by_amplitude)))
 

@@ -6,18 +6,19 @@ from typing import Iterable, List, NamedTuple, Optional, Tuple
 
 
 class Diagnostic(NamedTuple):
-    """A message about a scene; ``str()`` gives it as the program prints it."""
+    """A message about a scene; ``str()`` formats it like the program."""
 
     severity: str
     """``"error"``, ``"warning"`` or ``"note"``."""
     message: str
-    """What is wrong, in a line."""
+    """Description of the problem, in one line."""
     help: Optional[str]
-    """What to do about it."""
+    """Suggested fix."""
     where: Optional[str]
     """File, line and column, or a place in a dictionary such as ``scene["ball"]["radius"]``."""
     check: Optional[str] = None
-    """Name of the check that found it, which ``silence`` of :func:`load_file` takes; none of errors."""
+    """Name of the check that found the problem, for ``silence`` of :func:`load_file`; ``None`` for
+    errors."""
 
     def __str__(self) -> str:
         check = "" if self.check is None else f"[{self.check}]"
@@ -30,14 +31,14 @@ class Diagnostic(NamedTuple):
 
 
 class Error(Exception):
-    """The base of all exceptions of morgana."""
+    """Base class of all exceptions of morgana."""
 
 
 class SceneError(Error, ValueError):
-    """A scene that cannot be used. The text lists everything that is wrong with it, with places and suggestions."""
+    """A scene that cannot be used. The text lists all errors, with places and suggestions."""
 
     diagnostics: List[Diagnostic]
-    """Everything that is wrong, and what else is doubtful, a :class:`Diagnostic` each."""
+    """All errors and warnings, one :class:`Diagnostic` each."""
 
     def __init__(self, diagnostics: Iterable[Tuple[str, str, Optional[str], Optional[str], Optional[str]]]) -> None:
         self.diagnostics = [Diagnostic(*fields) for fields in diagnostics]
@@ -48,12 +49,14 @@ class SceneError(Error, ValueError):
 
 
 class FileError(Error, OSError):
-    """A file that cannot be read or written. The text names the file and says why."""
+    """A file that cannot be read or written. The text names the file and the reason."""
 
 
 class RenderError(Error, ValueError):
-    """A render, measurement, connection or comparison that cannot be done as it was asked for."""
+    """A render, measurement, connection or comparison that cannot be done as requested."""
 
 
 class SceneWarning(UserWarning):
-    """A warning of a scene that can be used but may not be what was meant. ``Scene.warnings`` lists the same."""
+    """A warning about a usable scene that may not be as intended.
+
+    ``Scene.warnings`` lists these warnings."""

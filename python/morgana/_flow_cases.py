@@ -1,4 +1,4 @@
-"""Folders of OpenFOAM."""
+"""Folders of OpenFOAM cases."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from typing import Optional, Set
 
 
 def is_decomposed(case: str, time: Optional[float]) -> bool:
-    """Whether an OpenFOAM case has this time, or its last, in the folders of its parts alone."""
+    """True if an OpenFOAM case has this time, or by default its last, only in the folders of its
+    parts."""
     whole, parts = _instants(case), _instants(os.path.join(case, "processor0"))
     if not parts:
         return False
@@ -19,7 +20,7 @@ def is_decomposed(case: str, time: Optional[float]) -> bool:
 
 
 def _instants(folder: str) -> Set[float]:
-    """Times of the folders in a folder whose names are numbers."""
+    """Returns the times that are names of subfolders."""
     found = set()
     with contextlib.suppress(OSError):
         for entry in os.scandir(folder):

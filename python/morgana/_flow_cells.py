@@ -1,4 +1,4 @@
-"""Cells of meshes that count: visible, and of as many dimensions as the mesh has."""
+"""Selection of the cells of meshes: visible, and of the dimension of the mesh."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from ._flow_frame import FlowError
 
 GHOSTS = "vtkGhostType"
-"""Array of VTK that says which points and cells are hidden or belong to other pieces."""
+"""VTK array that marks points and cells as hidden, or as parts of other pieces."""
 HIDDEN_CELL = 8 | 32
-"""Bits of ``vtkGhostType`` for cells that finer cells replace, and for blanked cells (vtkDataSetAttributes::CellGhostTypes)."""
+"""Bits of ``vtkGhostType`` for cells that finer cells replace, and for blanked cells
+(vtkDataSetAttributes::CellGhostTypes)."""
 HIDDEN_POINT = 2
 """Bit of ``vtkGhostType`` for blanked points."""
 
@@ -21,12 +22,13 @@ Mask = NDArray[np.bool_]
 
 
 def dimension(mesh: Any) -> int:
-    """Number of dimensions of the cells that have the most."""
+    """Returns the largest dimension of the cells."""
     return max(map(_dimension, _kinds(mesh)), default=0)
 
 
 def visible(mesh: Any) -> Any:
-    """The mesh without hidden cells, cells that have hidden points, and cells of fewer dimensions than others, as walls of a volume."""
+    """Removes hidden cells, cells with hidden points, and cells of lower dimension than others,
+    such as walls of a volume."""
     cells, points = _flagged(mesh.cell_data, HIDDEN_CELL, mesh.n_cells), _flagged(mesh.point_data, HIDDEN_POINT, mesh.n_points)
     dimensions = {kind: _dimension(kind) for kind in _kinds(mesh)}
     if len(set(dimensions.values())) > 1:
@@ -40,7 +42,7 @@ def visible(mesh: Any) -> Any:
 
 
 def without(mesh: Any, cells: Optional[Mask] = None, points: Optional[Mask] = None) -> Any:
-    """The mesh without some cells, and without all cells that have one of some points."""
+    """Removes some cells, and all cells that have one of some points."""
     left_out = np.zeros(mesh.n_cells, bool) if cells is None else cells.copy()
     if points is not None and points.any():
         share = mesh.copy(deep=False)
@@ -55,9 +57,10 @@ def _flagged(data: Any, bits: int, count: int) -> Mask:
 
 
 def _kinds(mesh: Any) -> List[int]:
-    """Types of the cells. Hidden cells of structured grids are of the type of empty ones."""
+    """Returns the types of the cells. Hidden cells of structured grids have the type of empty
+    cells."""
     types: Any = importlib.import_module("vtkmodules.vtkCommonDataModel").vtkCellTypes()
-    # VTK 9.6 renamed it.
+    # Use the new name of the method in VTK 9.6, or its earlier name.
     getattr(mesh, "GetDistinctCellTypes", mesh.GetCellTypes)(types)
     return [types.GetCellType(i) for i in range(types.GetNumberOfTypes())]
 

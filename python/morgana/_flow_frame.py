@@ -1,4 +1,6 @@
-"""From the space of the grid to that of the mesh: the same, a plane that continues across, or a half-plane that is revolved."""
+"""Maps between the space of a grid and the space of a mesh.
+
+They are the identity, a plane that continues across, or a half-plane that is revolved."""
 
 from __future__ import annotations
 
@@ -14,32 +16,34 @@ from ._errors import Error
 Doubles = NDArray[np.float64]
 
 FLAT = 1e-6
-"""Extent along an axis, over the largest, below which a mesh is planar."""
+"""Extent along an axis, relative to the largest extent, below which a mesh is planar."""
 
 GOLDEN_ANGLE = math.pi * (3 - math.sqrt(5))
-"""Multiples of it spread evenly over a turn."""
+"""Angle whose multiples are evenly distributed over a turn."""
 WIDEST = math.radians(10)
-"""Half the angle of the widest wedge about an axis."""
+"""Half angle of the widest wedge about an axis."""
 INSIDE = 1e-6
-"""Share of a wedge's angle by which places in its face are moved inside."""
+"""Fraction of the angle of a wedge by which points in its face are moved inside."""
 
 
 class FlowError(Error):
-    """A mesh that cannot be sampled: without the array that was named, without extent, or too fine a grid."""
+    """A mesh that cannot be sampled.
+
+    It lacks the named array or an extent, or the grid is too fine."""
 
 
 class Frame:
-    """The space of a mesh as it is."""
+    """Space of a mesh without changes."""
 
     def __init__(self, mesh: Any) -> None:
         self.low, self.high = np.array(mesh.bounds, float).reshape(3, 2).T.copy()
 
     def of(self, places: Doubles) -> Doubles:
-        """Where places of the grid are in the mesh."""
+        """Returns the positions in the mesh of places of the grid."""
         return places
 
     def points(self, points: Doubles) -> Doubles:
-        """Where points of the mesh are in the grid."""
+        """Returns the positions in the grid of points of the mesh."""
         return points
 
 
@@ -54,17 +58,18 @@ class Slab(Frame):
         self.low[flat], self.high[flat] = self.plane - 0.5 * thickness, self.plane + 0.5 * thickness
 
     def of(self, places: Doubles) -> Doubles:
-        """All in the plane."""
+        """Projects places onto the plane."""
         found = places.copy()
         found[:, self.flat] = self.plane
         return found
 
 
 class Revolved(Frame):
-    """A half-plane from an axis on, or a wedge about it, which is turned about the axis.
+    """Half-plane that begins at an axis, or wedge about an axis, which is revolved about the axis.
 
-    Radii are those of the places to which values belong. Cells of a wedge are flat across it: between two points at a radius r, the middle
-    is at r cos α. The radii of points are found in the wedge's face, those of the centres of cells in its middle.
+    Radii are those of the places to which values belong. Cells of a wedge are flat across it: the
+    midpoint of two points at radius r is at r cos α. Radii of points are measured in the face of
+    the wedge, radii of centres of cells in its middle plane.
     """
 
     def __init__(self, mesh: Any, axis: str, of_cells: bool) -> None:
@@ -81,7 +86,8 @@ class Revolved(Frame):
         self.low[self.others], self.high[self.others] = -self.most, self.most
 
     def _half_plane(self, mesh: Any, points: Doubles) -> Tuple[Doubles, Doubles]:
-        """Where the plane in which values are found crosses the axis's normal plane, and its unit direction away from the axis."""
+        """Returns the intersection of the half-plane with the axis's normal plane, and the unit
+        direction of the half-plane away from the axis."""
         offset, extent = np.zeros(3), self.high - self.low
         flat = _flat_axis(mesh)
         if flat == self.axis:
@@ -100,7 +106,7 @@ class Revolved(Frame):
         if np.any(beside > math.tan(WIDEST) * along + 1e-6 * extent.max()):
             raise FlowError("what is revolved is planar, or a wedge of at most 20° about the axis: take a slice of the mesh")
         normal = np.cross(np.eye(3)[self.axis], direction)
-        # Those far out tell the angles well.
+        # Use points far from the axis, which determine the angles accurately.
         angles = np.arctan2(across @ normal, along)[along > 0.5 * along.max()]
         low, high = angles.min(), angles.max()
         angle = 0.5 * (low + high) if self.of_cells else high - INSIDE * (high - low)
@@ -113,7 +119,8 @@ class Revolved(Frame):
         return np.asarray(np.linalg.norm(across[:, self.others], axis=1))
 
     def of(self, places: Doubles) -> Doubles:
-        """Where places are when they are turned into the plane; those on the axis and on the rim a little further in."""
+        """Turns places into the half-plane. Moves places on the axis and on the rim slightly
+        inside."""
         radii = np.linalg.norm(places[:, self.others], axis=1)
         hair = 1e-7 * (self.most - self.least)
         radii = np.where(np.abs(radii - self.least) < hair, self.least + hair, radii)
@@ -123,7 +130,7 @@ class Revolved(Frame):
         return np.asarray(found)
 
     def points(self, points: Doubles) -> Doubles:
-        """Points of the mesh, each turned by another angle."""
+        """Returns points of the mesh, each turned by a different angle."""
         across = points - self.offset
         radii = np.linalg.norm(across[:, self.others], axis=1)
         angles = GOLDEN_ANGLE * np.arange(len(points))
@@ -133,7 +140,7 @@ class Revolved(Frame):
 
 
 def frame_of(mesh: Any, revolve: Optional[str], thickness: Optional[float], of_cells: bool) -> Frame:
-    """The frame of a mesh, whose values are those of points or of cells."""
+    """Returns the frame of a mesh with values at points or at cells."""
     if revolve is not None:
         if thickness is not None:
             raise FlowError("give revolve or thickness, not both")
@@ -147,7 +154,7 @@ def frame_of(mesh: Any, revolve: Optional[str], thickness: Optional[float], of_c
 
 
 def _flat_axis(mesh: Any) -> Optional[int]:
-    """The axis to which a planar mesh is perpendicular."""
+    """Returns the axis to which a planar mesh is perpendicular."""
     low, high = np.array(mesh.bounds, float).reshape(3, 2).T
     flat = np.flatnonzero(high - low <= FLAT * (high - low).max())
     if len(flat) > 1:

@@ -1,4 +1,4 @@
-"""Images: reading, writing, comparing."""
+"""Reading, writing and comparing images."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from ._values import comparable
 Path = Union[str, "os.PathLike[str]"]
 
 OF_METERS = (".npz", ".h5", ".hdf5", ".nrrd")
-"""Ends of names of files that hold readings of meters, and no images."""
+"""Extensions of files of meter readings, which are not images."""
 
 
 @comparable
 class Image(NamedTuple):
-    """An image with all its layers, as :func:`read` returns it."""
+    """An image with all its layers: the result of :func:`read`."""
 
     layers: Dict[str, Floats]
-    """Values by layer, float32, (height, width, channels), row 0 at the top. The main layer is ``""``; renders also have the
-    layers ``variance`` and ``samples`` (docs/images.md)."""
+    """Values by layer, float32, (height, width, channels), row 0 at the top. The main layer is
+    ``""``. Renders also have the layers ``variance`` and ``samples`` (docs/images.md)."""
     channels: Dict[str, List[str]]
     """Names of the channels of each layer."""
     attributes: Dict[str, str]
@@ -42,7 +42,7 @@ class Image(NamedTuple):
         Raises
         ------
         KeyError
-            The file has no main layer, but only layers with names.
+            The file has no main layer, only named layers.
         """
         return self.layers[""]
 
@@ -57,14 +57,15 @@ class Image(NamedTuple):
 
 @comparable
 class Difference(NamedTuple):
-    """How far apart two images are, as :func:`compare` finds it (docs/images.md)."""
+    """Differences of two images: the result of :func:`compare` (docs/images.md)."""
 
     means: Tuple[float, float]
     """Means of the image and of the reference, over pixels and channels."""
     rmse: float
-    """Root of the mean squared difference, ≥ 0."""
+    """Root mean square difference, ≥ 0."""
     relative_mse: float
-    """Mean squared difference by the squares of the reference's values; NaN if the reference is black all over."""
+    """Mean squared difference divided by the squares of the reference's values; NaN if the
+    reference is black."""
     psnr: float
     """Peak signal-to-noise ratio, dB; infinite for equal images."""
     largest: float
@@ -72,11 +73,12 @@ class Difference(NamedTuple):
     flip: float
     """Mean of ``flip_map``, 0 to 1."""
     flip_map: Floats
-    """Differences that the eye sees (FLIP), 0 to 1, float32, (height, width)."""
+    """Visible differences (FLIP), 0 to 1, float32, (height, width)."""
     z: Optional[Dict[str, Any]]
-    """Differences by their standard errors, or ``None`` unless both images know their variances: ``count``, ``mean_square``
-    (1 if they differ by noise only), ``beyond_three`` (share of |z| > 3), ``largest`` |z| with its ``channel`` and ``pixel``,
-    and the ``limit`` that it exceeds by chance in one of 1000 comparisons."""
+    """Differences divided by their standard errors; ``None`` unless both images have variances.
+    Entries are ``count``, ``mean_square`` (1 if the images differ only by noise), ``beyond_three``
+    (fraction of |z| > 3), ``largest`` |z| with its ``channel`` and ``pixel``, and the ``limit``
+    that the largest |z| exceeds by chance in one of 1000 comparisons."""
 
     def __repr__(self) -> str:
         largest = None if self.z is None else self.z["largest"]
@@ -94,15 +96,17 @@ def read(path: Path, *, memory: Optional[int] = None) -> Image:
     Parameters
     ----------
     path : path_like
-        An ``.exr``, ``.npy``, ``.png`` or ``.jpg`` file. Values of ``.png`` and ``.jpg`` become linear; those of ``.png``, as
-        they were before the exposure and tone map of which its texts tell. Files of meters are for :meth:`Reading.load` and :meth:`Records.load`.
+        An ``.exr``, ``.npy``, ``.png`` or ``.jpg`` file. Values of ``.png`` and ``.jpg`` are
+        converted to linear values. For ``.png``, these are the values before the exposure and tone
+        map that the file records. For files of meters, use :meth:`Reading.load` and
+        :meth:`Records.load`.
     memory : int, optional
-        Bytes that the image may take, as for :func:`load_file`.
+        Maximum number of bytes of the image, as for :func:`load_file`.
 
     Returns
     -------
     Image
-        Its layers, channels and attributes.
+        The image: layers, channels and attributes.
 
     Raises
     ------
@@ -137,23 +141,23 @@ def write(
     Parameters
     ----------
     path : path_like
-        The file; its extension chooses the format: ``.exr``, ``.png`` or ``.npy`` for an image, ``.npz``, ``.h5``, ``.nrrd`` or
-        ``.npy`` for the readings of meters.
+        The file; its extension chooses the format: ``.exr``, ``.png`` or ``.npy`` for an image,
+        ``.npz``, ``.h5``, ``.nrrd`` or ``.npy`` for the readings of meters.
     image : Result, Image or array_like
-        What to write; an array has shape (height, width) or (height, width, channels), row 0 at the top. An EXR file of a
-        result is that of the program, with all layers.
+        The image to write. An array has shape (height, width) or (height, width, channels), row 0
+        at the top. An EXR file of a result has all layers, like a file of the program.
     attributes : mapping of str to str, optional
-        Texts to keep in an EXR file of an image or array. A result has its own.
+        Texts to store in an EXR file of an image or array. A result writes its own texts.
     exposure : float, optional
-        Stops by which a ``.png`` file is brightened: 0 shows the values as they are. By default as many as the image needs, which
-        is what :func:`exposure` says; the file keeps the number as its text ``exposure``.
+        Stops by which a ``.png`` file is brightened; 0 keeps the values. The default is the result
+        of :func:`exposure`. The file records the number as its text ``exposure``.
 
     Raises
     ------
     FileError
-        A file that cannot be written, or a format that does not fit.
+        A file that cannot be written, or a format that does not suit the data.
     RenderError
-        An array that is no image, or ``attributes`` of a result.
+        An array that is not an image, or ``attributes`` for a result.
 
     Examples
     --------
@@ -175,9 +179,10 @@ def write(
 
 
 def exposure(image: Comparable) -> float:
-    """Stops by which a picture of an image is brightened unless you say otherwise, so that it is neither black nor burnt out.
+    """Default number of stops by which a picture of an image is brightened.
 
-    The rule is that of the program (docs/images.md#on-a-screen): see :func:`write`.
+    The number avoids pictures that are black or overexposed. The program follows the same rule
+    (docs/images.md#on-a-screen): see :func:`write`.
 
     Parameters
     ----------
@@ -187,14 +192,14 @@ def exposure(image: Comparable) -> float:
     Returns
     -------
     float
-        A multiple of a quarter; 0 if the image needs nothing, below 0 if it is too bright.
+        A multiple of a quarter; 0 if the image needs no change, below 0 if it is too bright.
 
     Raises
     ------
     FileError
         A file that cannot be read.
     RenderError
-        An array that is no image.
+        An array that is not an image.
 
     Examples
     --------
@@ -210,16 +215,16 @@ def compare(image: Comparable, reference: Comparable, *, block: int = 1) -> Diff
     Parameters
     ----------
     image : path_like, Result, Image or array_like
-        What to compare; an array has shape (height, width) or (height, width, channels).
+        The image to compare; an array has shape (height, width) or (height, width, channels).
     reference : path_like, Result, Image or array_like
-        What to compare it with, of the same size and channels.
+        The reference, of the same size and channels.
     block : int, optional
-        Side of the blocks of pixels, ≥ 1, whose means ``z`` compares.
+        Side of the blocks of pixels, ≥ 1, over which ``z`` compares means.
 
     Returns
     -------
     Difference
-        Errors, what the eye sees, and differences by their standard errors.
+        Errors, visible differences, and differences divided by their standard errors.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What is asked for of a run."""
+"""Options of runs, for the compiled part."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
 
 class Instead(TypedDict):
-    """What takes the place of what a scene says."""
+    """Settings that replace those of a scene."""
 
     integrator: Optional[str]
     sampler: Optional[str]
@@ -18,54 +18,54 @@ class Instead(TypedDict):
     silence: List[str]
     """Names of checks that do not warn."""
     memory: Optional[int]
-    """Bytes that each data file may take."""
+    """Maximum number of bytes of each data file."""
 
 
 class Limits(TypedDict):
-    """As the compiled part takes it."""
+    """Limits of a run."""
 
     seed: int
     samples: Optional[int]
-    """Samples per pixel, or particles; without a number, something else ends the run."""
+    """Samples per pixel, or particles; ``None`` if another limit ends the run."""
     time: Optional[float]
-    """Seconds."""
+    """Time limit in seconds."""
     target_error: Optional[Tuple[float, bool]]
-    """Relative error at which to stop, and whether it is that of pixels."""
+    """Relative error at which to stop, and True if it is the error of pixels."""
     threads: int
-    """0 for as many as there are processors."""
+    """Number of threads; 0 for the number of CPU cores."""
 
 
 class By(TypedDict):
-    """What light is differentiated by, as the compiled part takes it."""
+    """Parameters of the derivatives of light."""
 
     parameters: List[str]
     integrator: Optional[str]
-    """Instead of the scene's."""
+    """Integrator instead of the scene's."""
 
 
 class RayOptions(TypedDict):
-    """Where rays go whose derivatives are taken, as the compiled part takes it."""
+    """Region, exit and accuracy of rays with derivatives."""
 
     region: Optional[Tuple[Tuple[float, float, float], Tuple[float, float, float]]]
-    """Corners of the box; without, the field is everywhere."""
+    """Corners of the box; ``None`` for a field without bounds."""
     ambient: float
     """Index around the box."""
     nodes: bool
-    """Whether the outermost samples lie on the faces of the box."""
+    """True if the outermost samples lie on the faces of the box."""
     plane: Optional[Tuple[Tuple[float, float, float], Tuple[float, float, float]]]
-    """A point and a unit normal; without, rays end where they leave the box."""
+    """Point and unit normal of the exit; ``None`` if rays end where they leave the box."""
     tolerance: float
     max_length: float
-    """Scene units."""
+    """Maximum length of rays, in scene units."""
 
 
 class TraceOptions(TypedDict):
-    """How rays are followed, as the compiled part takes it."""
+    """Options of ray tracing."""
 
     max_length: Optional[float]
-    """Scene units; a field needs it."""
+    """Maximum length of rays, in scene units; required for a field."""
     reference_index: Union[None, float, Field]
     time: Optional[float]
-    """Seconds."""
+    """Time limit in seconds."""
     paths: bool
-    """Whether the points of each ray are kept."""
+    """True to keep the points of each ray."""

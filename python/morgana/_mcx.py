@@ -1,4 +1,4 @@
-"""Configurations of MCX."""
+"""Scenes from configurations of MCX."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from ._scene import _instead, _warned
 SOURCE = {
     "srctype": "Type", "srcpos": "Pos", "srcdir": "Dir", "srcparam1": "Param1", "srcparam2": "Param2", "srcid": "ID", "srcnum": "SrcNum",
 }
-"""Keys of a configuration, and of ``Optode.Source`` of an input file."""
+"""Keys of a configuration, and their names in ``Optode.Source`` of an input file."""
 
 FORWARD = {"tstart": "T0", "tend": "T1", "tstep": "Dt"}
 
 OUTPUT = ("flux", "fluence", "energy")
-"""Values of ``outputtype``."""
+"""Accepted values of ``outputtype``."""
 
 SESSION = {
     "isnormalized": "DoNormalize", "isreflect": "DoMismatch", "isspecular": "DoSpecular", "maxdetphoton": "MaxDetPhoton", "nphoton": "Photons",
     "outputtype": "OutputType",
 }
-"""Keys of a configuration, and of ``Session``."""
+"""Keys of a configuration, and their names in ``Session`` of an input file."""
 
 ARRAYS = {"detpos", "prop", "srcdir", "srcparam1", "srcparam2", "srcpattern", "srcpos", "vol"}
 
@@ -36,30 +36,35 @@ IGNORED = {
     "autopilot", "detphotons", "faststep", "flog", "gpuid", "isgpuinfo", "ismomentum", "issave2pt", "issavedet", "issaveexit", "issaveref", "issaveseed",
     "lang", "maxjumpdebug", "minenergy", "nblocksize", "nthread", "outputformat", "printgpu", "rootpath", "savedetflag", "session", "workload",
 }
-"""What is about devices, files, messages and further results, or does not change means: below ``minenergy`` photons play Russian roulette, and
-``faststep`` has become obsolete."""
+"""Keys without effect. They concern devices, files, messages and further results, or do not change
+means: below ``minenergy`` photons undergo Russian roulette, and ``faststep`` is obsolete."""
 
 
 def load_mcx(cfg: Mapping[str, Any], /, *, weight_windows: bool = False) -> Scene:
-    """Make a scene of a configuration of MCX: the dictionary that ``pmcx.run`` takes.
+    """Make a scene from a configuration of MCX: the dictionary that ``pmcx.run`` takes.
 
-    The scene measures fluence in the voxels of ``vol``, per joule, and in time gates if there are several; its unit of length is a
-    millimetre. Input files of MCX are read by :func:`load_file`. What would change the result but is not read is an error
+    The scene measures fluence per joule in the voxels of ``vol``, and in time gates if there are
+    several. Its unit of length is a millimetre. :func:`load_file` reads input files of MCX. A
+    setting that would change the result but is not supported raises an error
     (docs/guides/tissue-optics.md#input-of-mcx).
 
     Parameters
     ----------
     cfg : mapping
-        ``vol`` (labels ``[x, y, z]``), ``prop`` (rows of mua, mus, g, n), ``srcpos``, ``srcdir``, and if they are given ``srctype``,
-        ``srcparam1``, ``srcparam2``, ``srcpattern`` (``[column, row]``), ``srcid``, ``nphoton``, ``tstart``, ``tend``, ``tstep``, ``unitinmm``, ``isreflect``,
-        ``issrcfrom0`` (0, as in MCX: the first voxel begins at 1, 1, 1), ``bc`` if it says what ``isreflect`` says. ``shapes`` (a text in JSON, or what it stands for) are drawn into ``vol``.
-        Several sources are rows of ``srcpos``, whose fourth number is their weight, ``srcdir`` and parameters.
-        Detectors ``detpos`` (rows of x, y, z, radius) are meters that keep at most ``maxdetphoton`` records each:
-        ``Result.records["detector1"]``. ``outputtype`` changes nothing: a warning says where the values of ``flux`` and ``energy`` are. Nor does
-        what is about devices, files and messages, and ``seed``, which is an argument of :func:`render`.
+        ``vol`` (labels ``[x, y, z]``), ``prop`` (rows of mua, mus, g, n), ``srcpos``, ``srcdir``.
+        Optional are ``srctype``, ``srcparam1``, ``srcparam2``, ``srcpattern`` (``[column, row]``),
+        ``srcid``, ``nphoton``, ``tstart``, ``tend``, ``tstep``, ``unitinmm``, ``isreflect``,
+        ``issrcfrom0`` (0, as in MCX: the first voxel begins at 1, 1, 1), and ``bc`` if it agrees
+        with ``isreflect``. ``shapes`` (a JSON text, or its decoded value) are drawn into ``vol``.
+        Several sources are rows of ``srcpos``, with their weight as fourth number, of ``srcdir``
+        and of the parameters. Detectors ``detpos`` (rows of x, y, z, radius) are meters that keep
+        at most ``maxdetphoton`` records each: ``Result.records["detector1"]``. ``outputtype`` has
+        no effect; a warning says where to find the values of ``flux`` and ``energy``. Settings of
+        devices, files and messages have no effect, nor does ``seed``, which is an argument of
+        :func:`render`.
     weight_windows : bool, optional
-        Divide and terminate particles so that late time gates are as sure as early ones. A particle then takes several times as
-        long (docs/meters.md#parameters).
+        Divide and terminate particles so that late time gates are as accurate as early ones. A
+        particle then takes several times as long (docs/meters.md#parameters).
 
     Returns
     -------
@@ -69,12 +74,12 @@ def load_mcx(cfg: Mapping[str, Any], /, *, weight_windows: bool = False) -> Scen
     Raises
     ------
     SceneError
-        Something is missing, or not read.
+        A required key is missing, or a value is not supported.
     ValueError
-        A key or an ``outputtype`` that is not known, values that ask for another result than the fluence of ``nphoton`` photons, ``vol`` that does
-        not have three axes, or rows of ``detpos`` that do not have four numbers.
+        An unknown key or ``outputtype``, values that request another result than the fluence of
+        ``nphoton`` photons, ``vol`` without three axes, or rows of ``detpos`` without four numbers.
     TypeError
-        No dictionary, or an array that is not of real numbers.
+        Not a dictionary, or an array that is not of real numbers.
 
     Examples
     --------
@@ -125,7 +130,8 @@ def load_mcx(cfg: Mapping[str, Any], /, *, weight_windows: bool = False) -> Scen
 
 
 def _check_photons(left: Dict[str, Any]) -> None:
-    """Sees that all photons are counted, and that each is a new one whose light is measured."""
+    """Checks that all photons are counted, and that each is a new photon whose light is
+    measured."""
     if "nphoton" in left:
         photons = real(left["nphoton"], "nphoton", "a whole number")
         if not photons.is_integer():
@@ -141,7 +147,8 @@ def _check_photons(left: Dict[str, Any]) -> None:
 
 
 def _check_boundaries(left: Dict[str, Any]) -> None:
-    """Takes flags of the six sides that say what ``isreflect`` does: ``_``, or ``r`` (Fresnel) and ``a`` (nothing is reflected)."""
+    """Accepts flags of the six sides that agree with ``isreflect``: ``_``, or ``r`` (Fresnel) and
+    ``a`` (no reflection)."""
     flags = left.pop("bc", "")
     own = "_r" if left.get("isreflect", True) else "_a"
     if not isinstance(flags, str) or flags[:6].lower().strip(own) or flags[6:].strip("0"):
@@ -152,7 +159,8 @@ def _check_boundaries(left: Dict[str, Any]) -> None:
 
 
 def _check_gates(at_once: Any, forward: Mapping[str, Any]) -> None:
-    """Refuses a number of time gates, 0 for all, that MCX measures one after the other, not normalised."""
+    """Raises an error if the number of simultaneous time gates, 0 for all, is below the number of
+    gates: MCX measures the rest separately, without normalisation."""
     first, last = forward.get("T0", 0.0), forward.get("T1", 5e-9)
     width = forward.get("Dt", last - first)
     if 0 < at_once and (at_once + 0.5) * width < last - first:
@@ -160,7 +168,7 @@ def _check_gates(at_once: Any, forward: Mapping[str, Any]) -> None:
 
 
 def _shapes(given: Any) -> Any:
-    """The list of shapes, or an array of JData, of a text or of what it stands for."""
+    """Returns the list of shapes, or a JData array, from a JSON text or its decoded value."""
     if isinstance(given, str):
         try:
             given = json.loads(given)
@@ -173,7 +181,7 @@ def _shapes(given: Any) -> Any:
 
 
 def _labels(vol: Any) -> NDArray[Any]:
-    """Labels of voxels."""
+    """Returns the labels of voxels."""
     labels = np.asarray(in_order(vol, "cfg['vol']", "xyz"))
     if labels.ndim != 3:
         raise ValueError(f"cfg['vol'] has the shape {labels.shape} but must be labels [x, y, z]: volumes of coefficients are not read")
@@ -181,7 +189,7 @@ def _labels(vol: Any) -> NDArray[Any]:
 
 
 def _detectors(detpos: Any) -> NDArray[np.float64]:
-    """Rows of x, y, z, radius."""
+    """Returns rows of x, y, z, radius."""
     rows = numbers(detpos, "cfg['detpos']")
     if rows.size == 0:
         return rows.reshape(0, 4)
@@ -192,5 +200,5 @@ def _detectors(detpos: Any) -> NDArray[np.float64]:
 
 
 def _taken(left: Dict[str, Any], keys: Mapping[str, str]) -> Dict[str, Any]:
-    """Takes what there is of some keys out of a dictionary, under other names."""
+    """Moves the values of some keys out of a dictionary, to new names."""
     return {name: left.pop(key) for key, name in keys.items() if key in left}

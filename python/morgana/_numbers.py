@@ -1,4 +1,4 @@
-"""Numbers that users hand over."""
+"""Conversion of numbers that users pass."""
 
 from typing import Any, Optional, Union
 
@@ -9,7 +9,8 @@ from . import _morgana
 
 
 def numbers(values: ArrayLike, what: str, kind: type = float) -> NDArray[Any]:
-    """An array of numbers of a kind. Masked arrays are refused where they hide elements; ``what`` names them."""
+    """Converts to an array of numbers of a kind. Raises an error for masked arrays with hidden
+    elements; ``what`` names them."""
     if values is None:
         raise TypeError(f"{what} is None but must be an array of real numbers")
     _morgana.refuse_masked(values, what)
@@ -23,8 +24,10 @@ def numbers(values: ArrayLike, what: str, kind: type = float) -> NDArray[Any]:
 
 
 def in_order(values: Any, what: str, axes: str) -> Any:
-    """An array with its axes in the order of ``axes``, such as ``"zyx"``, if they have names, as those of xarray do: x, y, z, and any for channels,
-    which are last where ``axes`` has no ``c``. Arrays without names stay as they are."""
+    """Puts axes with names, as in xarray, into the order of ``axes``, such as ``"zyx"``.
+
+    Names are x, y, z, and any other for channels, which are last unless ``axes`` contains ``c``.
+    Arrays without names stay as they are."""
     names = getattr(values, "dims", None)
     if not isinstance(names, tuple) or names == tuple(f"dim_{i}" for i in range(len(names))):
         return values
@@ -45,12 +48,12 @@ def in_order(values: Any, what: str, axes: str) -> Any:
 
 
 def grid_samples(values: ArrayLike, what: str) -> NDArray[np.float64]:
-    """Numbers on a grid, [z, y, x]: axes with names are put into this order."""
+    """Returns numbers on a grid, [z, y, x]. Axes with names are put into this order."""
     return numbers(in_order(values, what, "zyx"), what)
 
 
 def vectors(values: ArrayLike, what: str) -> NDArray[np.float64]:
-    """Vectors of space: an array of shape (..., 3)."""
+    """Returns spatial vectors: an array of shape (..., 3)."""
     array = numbers(values, what)
     if array.ndim == 0 or array.shape[-1] != 3:
         raise ValueError(f"{what} must have shape (..., 3), three coordinates each, but have {array.shape}")
@@ -58,7 +61,8 @@ def vectors(values: ArrayLike, what: str) -> NDArray[np.float64]:
 
 
 def chosen(where: Optional[ArrayLike], count: int) -> Union[slice, NDArray[np.bool_]]:
-    """Which of ``count`` records count: an index of them, of a mask that the user gives, or all."""
+    """Returns the selection of ``count`` records as an index: the mask that the user gave, or
+    all."""
     if where is None:
         return slice(None)
     mask = np.asarray(where)

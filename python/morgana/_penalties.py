@@ -1,7 +1,9 @@
-"""What is added to a sum of squares where data leave an index open: integrals over the box, by differences of neighbouring samples.
+"""Penalties on an index where data leave it undetermined: integrals over the box, from differences
+of neighbouring samples.
 
-Differences stand for the part of the box that is next to them. On faces of the box that samples lie on, that is half of what it is elsewhere
-(trapezoidal rule); where the outermost samples lie within, slopes continue to the faces. So integrals are exact for a linear index.
+Each difference represents the part of the box next to it. On faces of the box that contain samples,
+this part is half of its size elsewhere (trapezoidal rule). If the outermost samples lie inside,
+slopes continue to the faces. The integrals are therefore exact for a linear index.
 """
 
 from __future__ import annotations
@@ -21,23 +23,25 @@ Doubles = NDArray[np.float64]
 Place = Tuple[slice, ...]
 
 AXES = (2, 1, 0)
-"""Of samples, for x, y and z."""
+"""Array axes of samples, for x, y and z."""
 
 
 class Lattice(NamedTuple):
-    """Where samples lie in their box."""
+    """Positions of samples in their box."""
 
     spacing: Doubles
-    """Along x, y and z, (3,)."""
+    """Spacing along x, y and z, (3,)."""
     centers: bool
-    """Whether the outermost samples lie half a spacing within the faces, not on them."""
+    """True if the outermost samples lie half a spacing inside the faces, False if they lie on
+    them."""
 
     def ends_inside(self, count: int) -> bool:
-        """Whether so many samples along an axis are within the faces: a single one stands for all of the box."""
+        """True if ``count`` samples along an axis lie inside the faces. A single sample represents
+        the whole box."""
         return self.centers or count == 1
 
     def volumes(self, shape: Sequence[int]) -> List[Doubles]:
-        """The part of the box that each difference stands for, of those along x, y and z."""
+        """Returns the volume that each difference represents, for differences along x, y and z."""
         along, across = [], []
         for count in shape:
             lengths, widths = np.ones(count - 1), np.ones(count)
@@ -53,24 +57,25 @@ class Lattice(NamedTuple):
 
 
 def lattice_of(rays: "Rays", shape: Tuple[int, ...]) -> Lattice:
-    """That of samples in the box of rays."""
+    """Returns the lattice of samples in the box of rays."""
     return Lattice(rays.spacing(shape), rays.placement == "centers")
 
 
 def roughness(index: Doubles, lattice: Lattice) -> Tuple[float, Doubles]:
-    """½∫|∇n|² dV, and its derivative (Tikhonov)."""
+    """Returns ½∫|∇n|² dV, and its derivatives (Tikhonov)."""
     slopes = _slopes(index, lattice)
     by = [volume * slope for volume, slope in zip(lattice.volumes(index.shape), slopes)]
     return 0.5 * sum(float(np.vdot(*pair)) for pair in zip(by, slopes)), _transposed(by, lattice)
 
 
 def rough_noise(shape: Sequence[int], lattice: Lattice, rng: np.random.Generator) -> Doubles:
-    """Noise of which the covariance is the matrix of second derivatives of :func:`roughness`."""
+    """Returns noise whose covariance is the matrix of second derivatives of :func:`roughness`."""
     return _transposed([np.sqrt(volume) * rng.normal(size=volume.shape) for volume in lattice.volumes(shape)], lattice)
 
 
 def total_variation(index: Doubles, lattice: Lattice, flat: float) -> Tuple[float, Doubles]:
-    """∫(√(|∇n|² + f²) − f) dV, and its derivative: |∇n| where it is above ``flat``, f > 0, and smooth below."""
+    """Returns ∫(√(|∇n|² + f²) − f) dV, and its derivatives. The integrand is about |∇n| above
+    ``flat``, f > 0, and smooth below."""
     slopes = _continued(index, lattice)
     value, by = 0.0, [np.zeros_like(slope) for slope in slopes]
     for volume, places in _octants(index.shape, lattice):
@@ -83,15 +88,16 @@ def total_variation(index: Doubles, lattice: Lattice, flat: float) -> Tuple[floa
 
 
 def largest_slope(index: Doubles, lattice: Lattice) -> float:
-    """The largest |∇n|."""
+    """Returns the largest |∇n|."""
     slopes = _continued(index, lattice)
     squares = (sum(slope[place] ** 2 for slope, place in zip(slopes, places)) for _, places in _octants(index.shape, lattice))
     return float(np.sqrt(max(np.max(square) for square in squares)))
 
 
 def _octants(shape: Sequence[int], lattice: Lattice) -> Iterator[Tuple[Doubles, List[Place]]]:
-    """Each sample has eight parts of the box around it, in which slopes are those to the neighbours on their sides. For each of the eight: their volumes,
-    and which of the continued slopes along x, y and z are in them."""
+    """Yields the eight parts of the box around each sample, in which slopes are those to the
+    neighbours on their sides. For each of the eight: their volumes, and the indices of the
+    continued slopes along x, y and z in them."""
     for is_upper in itertools.product((False, True), repeat=3):
         widths = [np.full(count, 0.5) for count in shape]
         for width, upper in zip(widths, is_upper):
@@ -103,23 +109,24 @@ def _octants(shape: Sequence[int], lattice: Lattice) -> Iterator[Tuple[Doubles, 
 
 
 def _slopes(index: Doubles, lattice: Lattice) -> List[Doubles]:
-    """Differences of neighbours along x, y and z over the spacing."""
+    """Returns differences of neighbours along x, y and z divided by the spacing."""
     return [np.diff(index, axis=axis) / step for axis, step in zip(AXES, lattice.spacing)]
 
 
 def _transposed(by: List[Doubles], lattice: Lattice) -> Doubles:
-    """Derivatives by the samples from those by the slopes."""
+    """Converts derivatives by the slopes to derivatives by the samples."""
     parts = [-np.diff(_padded(values, axis, "constant"), axis=axis) / step for axis, step, values in zip(AXES, lattice.spacing, by)]
     return np.asarray(parts[0] + parts[1] + parts[2])
 
 
 def _continued(index: Doubles, lattice: Lattice) -> List[Doubles]:
-    """Slopes along x, y and z with one more at either end: that beside it within the box, zero beyond."""
+    """Returns slopes along x, y and z with one more at either end: the adjacent slope if it
+    continues to a face inside the box, else zero."""
     return [_padded(slope, axis, "edge" if lattice.centers and slope.size else "constant") for axis, slope in zip(AXES, _slopes(index, lattice))]
 
 
 def _folded(by: Doubles, axis: int, lattice: Lattice) -> Doubles:
-    """Derivatives by the slopes from those by continued ones."""
+    """Converts derivatives by continued slopes to derivatives by slopes."""
     first, inner, last = np.split(by, [1, -1], axis=axis)
     if lattice.centers and inner.size:
         ends = np.moveaxis(inner, axis, 0)

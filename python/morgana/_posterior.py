@@ -1,4 +1,4 @@
-"""How well data determine samples: see :func:`morgana.reconstruct.posterior`."""
+"""Posterior distribution of samples, given data: see :func:`morgana.reconstruct.posterior`."""
 
 from __future__ import annotations
 
@@ -17,17 +17,21 @@ from .grad import Rays
 Doubles = NDArray[np.float64]
 
 RESIDUAL = 1e-5
-"""Relative residual at which conjugate gradients end."""
+"""Relative residual at which conjugate gradients stop."""
 MOST_PRODUCTS = 2000
-"""Products with the precision for one solution, at most."""
+"""Maximum number of products with the precision for one solution."""
 
 
 class Posterior:
-    """The Gaussian distribution of the samples of an index, given data: around what was found, as if ends of rays depended on the samples linearly.
+    """Gaussian distribution of the samples of an index, given data.
 
-    Its precision, the inverse of the covariance, is JᵀJ/σ² of the Jacobian J and the noise σ of the data, plus that of what is known beforehand. No
-    matrix is made: products take one :meth:`morgana.grad.Rays.jvp` and one :meth:`morgana.grad.Rays.vjp`, and the covariance is applied by conjugate
-    gradients. Made by :func:`posterior`.
+    It is linearised about the samples of the reconstruction: ends of rays depend linearly on the
+    samples.
+
+    Its precision, the inverse of the covariance, is JᵀJ/σ² plus the precision of the prior. J is
+    the Jacobian, and σ the noise of the data. No matrix is stored: a product with the precision
+    takes one :meth:`morgana.grad.Rays.jvp` and one :meth:`morgana.grad.Rays.vjp`, and conjugate
+    gradients apply the covariance. :func:`posterior` makes this object.
     """
 
     def __init__(
@@ -38,17 +42,17 @@ class Posterior:
         self._solver: Optional[ConjugateDirections] = None
 
     def precision(self, change: ArrayLike) -> Doubles:
-        """The precision times a vector.
+        """Product of the precision and a vector.
 
         Parameters
         ----------
         change : array_like, (nz, ny, nx)
-            The vector: a change of the samples. Known samples do not change.
+            The vector: a change of the samples. Changes of known samples count as zero.
 
         Returns
         -------
         numpy.ndarray
-            (nz, ny, nx).
+            The product, (nz, ny, nx).
         """
         change = np.where(self._free, self._checked(change), 0.0)
         ends = self._rays.jvp(self._index, change)
@@ -62,7 +66,9 @@ class Posterior:
         return np.where(self._free, found, 0.0)
 
     def covariance(self, vector: ArrayLike) -> Doubles:
-        """The covariance times a vector. For the variance of wᵀn, a weighted sum of samples, take ``np.sum(w * posterior.covariance(w))``.
+        """Product of the covariance and a vector.
+
+        The variance of wᵀn, a weighted sum of samples, is ``np.sum(w * posterior.covariance(w))``.
 
         Parameters
         ----------
@@ -72,7 +78,7 @@ class Posterior:
         Returns
         -------
         numpy.ndarray
-            (nz, ny, nx); zero where samples are known.
+            The product, (nz, ny, nx); zero for known samples.
 
         Raises
         ------
@@ -97,19 +103,19 @@ class Posterior:
         Parameters
         ----------
         rng : numpy.random.Generator
-            Where random numbers come from.
+            Generator of random numbers.
 
         Returns
         -------
         numpy.ndarray
-            (nz, ny, nx), of mean zero.
+            The change, (nz, ny, nx), of mean zero.
 
         Raises
         ------
         ReconstructionError
             Conjugate gradients do not converge.
         """
-        # The covariance, applied to noise of which the covariance is the precision.
+        # Apply the covariance to noise whose covariance is the precision.
         by = {}
         for name, (noise, known) in self._noise.items():
             shape = (len(known),) if name == "optical_lengths" else (len(known), 3)
@@ -125,14 +131,15 @@ class Posterior:
         Parameters
         ----------
         draws : int, optional
-            Draws from the distribution, 2 or more: the estimate has a relative standard error of 1/√(2 draws).
+            Number of draws from the distribution, 2 or more: the estimate has a relative standard
+            error of 1/√(2 draws).
         seed : int, optional
-            Of the draws.
+            Seed of the draws.
 
         Returns
         -------
         numpy.ndarray
-            (nz, ny, nx); zero where samples are known.
+            Standard deviations, (nz, ny, nx); zero for known samples.
 
         Raises
         ------
@@ -143,15 +150,15 @@ class Posterior:
             raise ReconstructionError(f"draws is {draws} but must be at least 2")
         rng = np.random.default_rng(seed)
         found: List[Doubles] = [self.sample(rng) for _ in range(draws)]
-        # The mean is known to be zero.
+        # Use that the mean is zero.
         return np.asarray(np.sqrt(np.mean(np.square(found), axis=0)))
 
     def _of_free(self, operator: Operator) -> Operator:
-        """The same of the numbers of free samples."""
+        """Restricts an operator to the numbers of free samples."""
         return lambda values: np.asarray(operator(self._spread(values))[self._free])
 
     def _spread(self, values: Doubles) -> Doubles:
-        """Numbers of the free samples on the whole grid."""
+        """Returns numbers of the free samples on the whole grid, with zeros elsewhere."""
         whole = np.zeros(self._free.shape)
         whole[self._free] = values
         return whole
@@ -163,7 +170,7 @@ class Posterior:
         return found
 
     def __getstate__(self) -> Dict[str, Any]:
-        # What solutions have found so far makes others faster, and nothing else.
+        # Omit the solver: it only makes later solutions faster.
         return {**self.__dict__, "_solver": None}
 
     def __eq__(self, other: object) -> bool:

@@ -1,4 +1,4 @@
-"""What makes samples of an index easier to find, and the part of SciPy that finds them."""
+"""Preconditioner of reconstructions, and imports of SciPy."""
 
 from __future__ import annotations
 
@@ -14,12 +14,14 @@ Doubles = NDArray[np.float64]
 
 
 class ReconstructionError(Error, ValueError):
-    """A reconstruction that cannot be done as it was asked for."""
+    """A reconstruction that cannot be done as requested."""
 
 
 class Filter:
-    """A symmetric filter of samples that makes the Hessian of χ² and of penalties on slopes more like one: for deflections that of waves grows in
-    proportion to their number."""
+    """Symmetric filter of samples that makes the Hessian of χ² and of penalties on slopes closer to
+    the identity.
+
+    For deflections, the Hessian of waves grows in proportion to their wave number."""
 
     def __init__(self, shape: Tuple[int, ...], spacing: Doubles) -> None:
         self.fft = scipy("scipy.fft")
@@ -33,7 +35,7 @@ class Filter:
 
 
 def scipy(module: str) -> Any:
-    """A module of SciPy."""
+    """Imports a module of SciPy."""
     try:
         return importlib.import_module(module)
     except ImportError:

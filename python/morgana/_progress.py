@@ -1,4 +1,4 @@
-"""How far a run has got."""
+"""Progress of a run."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ._morgana import Scene
 
 
 class Bar:
-    """Turns numbers of samples into a bar, or into calls of a function."""
+    """Shows numbers of samples as a progress bar, or passes them to a function."""
 
     def __init__(
         self,
@@ -77,7 +77,7 @@ class _Tqdm:
 
 
 class _Plain:
-    """A line of text that is written over and over."""
+    """A text line that is overwritten in place."""
 
     WIDTH = 30
 

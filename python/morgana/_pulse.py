@@ -14,17 +14,18 @@ from ._values import comparable
 Doubles = NDArray[np.float64]
 
 SPAN = 9.0
-"""Standard deviations of a Gaussian beyond which nothing is left in double precision."""
+"""Number of standard deviations beyond which a Gaussian vanishes in double precision."""
 STEPS = 4000
-"""Samples of a Gaussian: linear between them it is right to 1e-6 of its peak."""
+"""Number of samples of a Gaussian: linear interpolation is accurate to 1e-6 of its peak."""
 
 
 @comparable
 class Pulse(NamedTuple):
-    """The shape of a pulse that an emitter sends, in place of all its light at once.
+    """Shape of a pulse that an emitter sends, instead of an impulse.
 
-    Times are optical path lengths, the time in vacuum times the speed of light, as in the bins of meters. A meter measures the answer
-    to light that starts at once; :meth:`Records.gated` and :meth:`Reading.convolved` make the answer to a pulse of it.
+    Times are optical path lengths, the time in vacuum times the speed of light, as in the bins of
+    meters. A meter measures the impulse response; :meth:`Records.gated` and
+    :meth:`Reading.convolved` convert it to the response to a pulse.
 
     Examples
     --------
@@ -33,20 +34,20 @@ class Pulse(NamedTuple):
     """
 
     times: Doubles
-    """Instants, ascending, (n,)."""
+    """Times, ascending, (n,), in scene units."""
     values: Doubles
-    """Power at these instants, (n,), linear between them; the energy of all is 1."""
+    """Power at these times, (n,), linear between them; the total energy is 1."""
 
     @classmethod
     def gaussian(cls, fwhm: float, center: float = 0.0) -> "Pulse":
-        """A Gaussian.
+        """A Gaussian pulse.
 
         Parameters
         ----------
         fwhm : float
-            Full width at half of its maximum, > 0.
+            Full width at half maximum, > 0, in scene units.
         center : float
-            When it is strongest.
+            Time of the maximum.
 
         Returns
         -------
@@ -68,14 +69,14 @@ class Pulse(NamedTuple):
 
     @classmethod
     def rectangle(cls, width: float, center: float = 0.0) -> "Pulse":
-        """The same power throughout.
+        """A pulse of constant power.
 
         Parameters
         ----------
         width : float
-            From its begin to its end, > 0.
+            Duration, > 0, in scene units.
         center : float
-            Its middle.
+            Time of the middle.
 
         Returns
         -------
@@ -96,14 +97,14 @@ class Pulse(NamedTuple):
 
     @classmethod
     def table(cls, times: ArrayLike, values: ArrayLike) -> "Pulse":
-        """Power at instants, linear between them and none before and after.
+        """A pulse from power at given times, linear between them and zero before and after.
 
         Parameters
         ----------
         times : array_like
-            Instants, ascending, at least two.
+            Times, ascending, at least two, in scene units.
         values : array_like
-            Power there, ≥ 0, in any unit.
+            Power at these times, ≥ 0, in any unit.
 
         Returns
         -------
@@ -113,7 +114,7 @@ class Pulse(NamedTuple):
         Raises
         ------
         ValueError
-            Instants that do not ascend, power that is negative, or none at all.
+            Times that do not ascend, negative power, or zero power everywhere.
 
         Examples
         --------
@@ -128,11 +129,11 @@ class Pulse(NamedTuple):
 
     @property
     def range(self) -> Tuple[float, float]:
-        """When it begins and ends."""
+        """Times of the beginning and the end."""
         return float(self.times[0]), float(self.times[-1])
 
     def emitted(self, times: ArrayLike) -> Doubles:
-        """The share of the energy that is emitted until some instants.
+        """Fraction of the energy that is emitted before given times.
 
         Parameters
         ----------
@@ -142,7 +143,7 @@ class Pulse(NamedTuple):
         Returns
         -------
         numpy.ndarray
-            From 0 to 1, of the same shape.
+            Fractions from 0 to 1, of the same shape.
 
         Examples
         --------
@@ -153,9 +154,12 @@ class Pulse(NamedTuple):
         return np.asarray(np.clip(energy[piece] + t * (self.values[piece] + t * slope[piece] / 2), 0.0, 1.0))
 
     def kernel(self, edges: ArrayLike) -> Doubles:
-        """How bins of light that starts at once become bins of the pulse: row i, column j is the share of what was in bin j that is in bin i.
+        """Matrix that converts bins of the impulse response to bins of the pulse.
 
-        Light is spread evenly over its bin, which is of second order in the width of bins. Columns add up to 1, less what leaves the bins.
+        Row i, column j is the fraction of the light of bin j that the pulse moves to bin i.
+
+        Light is spread evenly over its bin, an error of second order in the width of bins. Columns
+        add up to 1, minus the fraction that leaves the bins.
 
         Parameters
         ----------
@@ -165,7 +169,7 @@ class Pulse(NamedTuple):
         Returns
         -------
         numpy.ndarray
-            The shares, (bins, bins).
+            The fractions, (bins, bins).
 
         Examples
         --------
@@ -177,13 +181,14 @@ class Pulse(NamedTuple):
         return np.asarray(np.diff(passed, axis=0))
 
     def _place(self, times: ArrayLike) -> Tuple[NDArray[np.intp], Doubles]:
-        """The piece of each instant, and how far in it."""
+        """Returns the piece that contains each time, and the time since its beginning."""
         t = np.clip(numbers(times, "times"), *self.range)
         piece = np.clip(np.searchsorted(self.times, t, side="right") - 1, 0, len(self.times) - 2)
         return piece, t - self.times[piece]
 
     def _sums(self) -> Tuple[Doubles, Doubles, Doubles]:
-        """Slopes of pieces, and at their ends the energy until there and its integral."""
+        """Returns slopes of the pieces, and at their ends the energy emitted before and its
+        integral."""
         width, v = np.diff(self.times), self.values
         slope = np.diff(v) / width
         energy = np.concatenate([[0.0], np.cumsum(0.5 * width * (v[1:] + v[:-1]))])
@@ -191,7 +196,7 @@ class Pulse(NamedTuple):
         return slope, energy, np.concatenate([[0.0], np.cumsum(moment)])
 
     def _integral(self, times: Doubles) -> Doubles:
-        """The integral of :meth:`emitted` from before the pulse."""
+        """Returns the integral of :meth:`emitted` from before the pulse."""
         piece, t = self._place(times)
         slope, energy, moment = self._sums()
         within = moment[piece] + t * (energy[piece] + t * (self.values[piece] / 2 + t * slope[piece] / 6))

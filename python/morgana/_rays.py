@@ -1,4 +1,4 @@
-"""Single rays."""
+"""Tracing and connection of single rays."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Objects = NDArray[np.object_]
 
 
 class RayEnds:
-    """Where rays ended that :func:`trace` has followed: row i of each array belongs to ray i.
+    """Ends of the rays that :func:`trace` followed: row i of each array belongs to ray i.
 
     Lengths are in scene units. All numbers of a ray that was not followed are NaN.
     """
@@ -37,14 +37,17 @@ class RayEnds:
     total_optical_length: Doubles
     """Optical path lengths ∫ n ds from start to end, (rays,), in scene units."""
     total_optical_path_difference: Doubles
-    """Optical path lengths less those of rays in the ``reference_index`` of :func:`trace`, (rays,), in scene units.
+    """Optical path lengths minus those of rays in the ``reference_index`` of :func:`trace`,
+    (rays,), in scene units.
 
-    The rays of the reference join the start, the points of reflection and the end. The differences are in double precision,
-    good to 1e-7 of the largest contrast times the length. Divide by the wavelength in vacuum for waves. NaN where no ray of
-    the reference joins the ends.
+    The rays of the reference connect the start, the points of reflection and the end. The
+    differences are in double precision, accurate to 1e-7 of the largest contrast times the length.
+    Divide by the wavelength in vacuum for waves. NaN if no ray of the reference connects these
+    points.
     """
     stopped: Optional[str]
-    """Why some rays were not followed: ``"interrupted"``, ``"time"``, or ``None`` if all were."""
+    """Reason why some rays were not followed: ``"interrupted"``, ``"time"``, or ``None`` if all
+    were."""
 
     def __init__(self, ends: _morgana.Ends, stopped: Optional[str]) -> None:
         self.end_points = ends.points
@@ -59,16 +62,17 @@ class RayEnds:
 
     @property
     def end(self) -> Objects:
-        """How each ray ended, (rays,), texts.
+        """Cause of the end of each ray, (rays,), texts.
 
-        ``"surface"``, ``"left the scene"``, ``"maximum length"``, ``"lost"`` if the ray left the field of its medium or took
-        too many steps, or ``"not followed"`` if the time was over. For a mask, compare: ``rays.end == "surface"``.
+        Values are ``"surface"``, ``"left the scene"``, ``"maximum length"``, ``"lost"`` if the ray
+        left the field of its medium or took too many steps, and ``"not followed"`` if the time was
+        over. For a mask, compare: ``rays.end == "surface"``.
         """
         return np.array(self._ending_names, object)[self._endings]
 
     @property
     def surface(self) -> Objects:
-        """Name of the object that each ray ended on, (rays,), texts; ``None`` for other ends."""
+        """Name of the object on which each ray ended, (rays,), texts; ``None`` for other ends."""
         return np.array([*self._surface_names, None], object)[self._surfaces]
 
     def __getstate__(self) -> Dict[str, Any]:
@@ -97,14 +101,14 @@ class RayEnds:
 
 
 OF_POINTS = ("offsets", "points", "tangents", "arc_length", "optical_length", "optical_path_difference", "n")
-"""What is known of points, and asked for when it is first needed."""
+"""Names of the properties of points, which are computed on first access."""
 
 
 class Rays(RayEnds):
-    """Rays that :func:`trace` has followed, with the points on their way. Item i is ray i, as a :class:`Polyline`.
+    """Rays that :func:`trace` followed, with their points. Item i is ray i, as a :class:`Polyline`.
 
-    The points of all rays lie in shared arrays, ray after ray: those of ray i from ``offsets[i]`` to ``offsets[i + 1]``. A
-    ray that was not followed has none.
+    The points of all rays lie in shared arrays, ray after ray. Ray i has those from ``offsets[i]``
+    to ``offsets[i + 1]``. A ray that was not followed has no points.
     """
 
     def __init__(self, ends: _morgana.Ends, traced: _morgana.Traced, stopped: Optional[str]) -> None:
@@ -117,17 +121,21 @@ class Rays(RayEnds):
 
     @functools.cached_property
     def offsets(self) -> NDArray[np.int64]:
-        """Where each ray begins among the points, and the number of all points, (rays + 1,)."""
+        """Index of the first point of each ray, and the number of all points, (rays + 1,)."""
         return self._traced.offsets()
 
     @functools.cached_property
     def points(self) -> Doubles:
-        """Positions, (points, 3), in scene units: wherever a ray has turned by 0.03 rad, and at surfaces."""
+        """Positions, (points, 3), in scene units.
+
+        There is a point after each turn of a ray by 0.03 rad, and at each surface."""
         return self._traced.positions()
 
     @functools.cached_property
     def tangents(self) -> Doubles:
-        """Unit directions at the points, (points, 3); those of departure where a ray changes its direction."""
+        """Unit directions at the points, (points, 3).
+
+        They are directions of departure where a ray changes its direction."""
         return self._traced.directions()
 
     @functools.cached_property
@@ -142,9 +150,10 @@ class Rays(RayEnds):
 
     @functools.cached_property
     def optical_path_difference(self) -> Doubles:
-        """Optical path differences from the start, (points,), in scene units: see ``total_optical_path_difference``.
+        """Optical path differences from the start, (points,), in scene units.
 
-        Against a field they are known at the ends of rays only, and NaN before.
+        See ``total_optical_path_difference``. Differences to a field are known only at the ends of
+        rays, and NaN before.
         """
         return self._traced.path_differences()
 
@@ -177,7 +186,7 @@ class Rays(RayEnds):
 
 @comparable
 class Polyline(NamedTuple):
-    """One ray. Arrays have an item for each of its points; lengths are in scene units."""
+    """A single ray. Arrays have an item for each of its points; lengths are in scene units."""
 
     points: Doubles
     """Positions, (points, 3)."""
@@ -192,9 +201,9 @@ class Polyline(NamedTuple):
     n: Doubles
     """Refractive index, (points,)."""
     end: str
-    """How it ended: see :attr:`RayEnds.end`."""
+    """Cause of the end of the ray: see :attr:`RayEnds.end`."""
     surface: Optional[str]
-    """Name of the object that it ended on, if it ended on one."""
+    """Name of the object on which the ray ended; ``None`` for other ends."""
 
     def __repr__(self) -> str:
         if not len(self.points):
@@ -205,14 +214,14 @@ class Polyline(NamedTuple):
 
 
 class Connections(NamedTuple):
-    """The rays between two points that :func:`connect` has found."""
+    """Rays between two points: the result of :func:`connect`."""
 
     rays: List[Ray]
-    """The rays, the primary one first; see :class:`Ray`."""
+    """The rays, the primary ray first; see :class:`Ray`."""
     failure: Optional[str]
-    """Why there is no primary ray, or ``None`` if there is one."""
+    """Reason why there is no primary ray, or ``None`` if there is one."""
     unique: bool
-    """Whether it is certain that there is at most one ray."""
+    """True if it is certain that there is at most one ray."""
 
     def __repr__(self) -> str:
         count = "1 ray" if len(self.rays) == 1 else f"{len(self.rays)} rays"
@@ -257,42 +266,47 @@ def trace(
     reference_index: Reference = None,
     time: Optional[float] = None,
 ) -> RayEnds:
-    """Follow rays without scattering: at surfaces of a scene they are refracted, reflected by mirrors, or end.
+    """Follow rays without scattering.
 
-    All processors share the rays. Ctrl-C returns what there is, with ``stopped == "interrupted"``, as :func:`render` does.
+    Surfaces of a scene refract the rays, or end them; mirrors reflect them. The rays are
+    distributed over all CPU cores. Ctrl-C returns the rays followed so far, with ``stopped ==
+    "interrupted"``, as :func:`render` does.
 
     Parameters
     ----------
     through : Scene or Field
-        What the rays go through. A field has no surfaces and no end.
+        The scene or field to trace. A field has no surfaces and no end.
     origins : array_like, (rays, 3) or (..., 3)
         Starts, in scene units.
     directions : array_like, of the same shape
-        Directions, of any length but zero. A single start or direction goes with any number of the other.
+        Directions, of any nonzero length. A single start or direction can be combined with any
+        number of the other.
     paths : bool, optional
-        Whether to keep the points on the way of each ray. ``False`` keeps the ends only, in 85 bytes per ray, with the same
-        values.
+        Keep the points of each ray. ``False`` keeps only the ends, in 85 bytes per ray, with the
+        same values.
     max_length : float, optional
-        Length after which a ray ends, > 0, in scene units. Long enough by default for anything that leaves the scene; a field
-        needs it.
+        Length at which a ray ends, > 0, in scene units. The default suffices for all rays that
+        leave the scene; a field needs a value.
     reference_index : float or Field, optional
-        Index against which optical path differences are taken: a number > 0, whose rays are straight, or a field, against
-        which they are known at the ends of rays only. By default the ``reference_index`` of a scene's ``aov``, or else the
-        index of the scene's surroundings; for a field, the index where each ray starts.
+        Reference index for optical path differences: a number > 0, with straight rays, or a field,
+        for which differences are known only at the ends of rays. By default the ``reference_index``
+        of a scene's ``aov``, or else the index of the scene's surroundings; for a field, the index
+        at the start of each ray.
     time : float, optional
-        Seconds after which to stop, > 0. Rays that are left then are ``"not followed"``.
+        Seconds after which to stop, > 0. Remaining rays are ``"not followed"``.
 
     Returns
     -------
     Rays or RayEnds
-        The rays in the order of the starts; with ``paths=False`` their ends.
+        The rays in the order of the starts; with ``paths=False``, their ends.
 
     Raises
     ------
     TypeError
         ``through`` is neither a scene nor a field.
     ValueError
-        Shapes that do not fit, starts that are not finite, directions of no length, or a field without ``max_length``.
+        Shapes that do not match, starts that are not finite, directions of length zero, or a field
+        without ``max_length``.
     RenderError
         A length, an index or a time that is not positive.
 
@@ -333,28 +347,30 @@ def connect(
     all: bool = False,
     reflections: int = 0,
 ) -> Connections:
-    """Find the ray between two points, or every ray.
+    """Find the primary ray between two points, or all rays.
 
     Parameters
     ----------
     scene : Scene
-        Where.
+        The scene.
     a, b : array_like, (3,)
         The two points, in scene units.
     all : bool, optional
-        Whether to look for all rays (branches), as renders do, instead of the primary one, which is found from a fixed start.
+        Search for all rays (branches), as renders do, instead of only the primary ray, which is
+        found from a fixed start.
     reflections : int, optional
-        With ``all``, also look for rays that are reflected up to so many times where they could have been refracted, 0 to 28.
+        With ``all``, also search for rays with up to this number of reflections where refraction is
+        possible, 0 to 28.
 
     Returns
     -------
     Connections
-        The rays, and why there is none.
+        The rays, and the reason if there is none.
 
     Raises
     ------
     RenderError
-        Something else than two points of three finite numbers, or ``reflections`` without ``all``.
+        Points that are not three finite numbers each, or ``reflections`` without ``all``.
 
     Examples
     --------

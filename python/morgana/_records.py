@@ -20,16 +20,19 @@ Phasors = NDArray[np.complex128]
 
 @comparable
 class Power(NamedTuple):
-    """The power of recorded light, by channel, or its energy by gate and channel."""
+    """Power of recorded light by channel, or energy by gate and channel."""
 
     mean: Doubles
     """Power, (channels,) or (gates, channels), in the unit of the weights."""
     error: Doubles
-    """Standard error, of the same shape. All records of a particle are one sample; infinite with fewer than two particles."""
+    """Standard error, of the same shape. All records of a particle are one sample. Infinite with
+    fewer than two particles."""
     effective: Doubles
-    """Effective number of particles: how many equal ones would give a power that is known as well."""
+    """Effective number of particles: the number of equal particles that would give a power of equal
+    uncertainty."""
     few: NDArray[np.bool_]
-    """Where the error cannot be trusted: the largest particle makes more than a tenth of the power, or there are fewer than two."""
+    """Mask of the unreliable errors: the largest particle contributes more than a tenth of the
+    power, or there are fewer than two particles."""
 
 
 @comparable
@@ -37,13 +40,15 @@ class Jacobian(NamedTuple):
     """Derivatives of the recorded power by the coefficients of the regions, with standard errors."""
 
     mu_a: Doubles
-    """By absorption coefficients at the same scattering, (regions, channels): minus the mean of power times path length."""
+    """Derivatives by absorption coefficients at constant scattering, (regions, channels): minus the
+    mean of power times path length."""
     mu_a_error: Doubles
-    """Standard errors, of the same shape."""
+    """Standard errors of ``mu_a``, of the same shape."""
     mu_s: Doubles
-    """By scattering coefficients at the same absorption, (regions, channels); NaN where μ_s is not given."""
+    """Derivatives by scattering coefficients at constant absorption, (regions, channels); NaN if
+    μ_s is not given."""
     mu_s_error: Doubles
-    """Standard errors, of the same shape."""
+    """Standard errors of ``mu_s``, of the same shape."""
 
     def __repr__(self) -> str:
         return f"<morgana.Jacobian of {len(self.mu_a)} regions>"
@@ -51,9 +56,10 @@ class Jacobian(NamedTuple):
 
 @comparable
 class Records(NamedTuple):
-    """Records of the light that a meter has accepted, one for each time that a particle passes (docs/meters.md#records).
+    """Records of the light that a meter accepted (docs/meters.md#records).
 
-    Lengths are in scene units. Regions are the media of the scene, or the labels of which they are made.
+    There is one record per passage of a particle. Lengths are in scene units. Regions are the media
+    of the scene, or the labels within a medium.
     """
 
     particle: NDArray[np.int64]
@@ -61,52 +67,59 @@ class Records(NamedTuple):
     weight: Doubles
     """Power by record and channel, (n, channels). Its sum is the power that the meter accepts."""
     position: Doubles
-    """Where the light passes, (n, 3)."""
+    """Position of the passage, (n, 3)."""
     direction: Doubles
-    """Unit direction in which it goes on, (n, 3); in which it arrives at an opaque surface."""
+    """Unit direction after the passage, (n, 3); at an opaque surface, the direction of arrival."""
     optical_length: Doubles
     """Optical path length from the emitter, (n,)."""
     side: NDArray[np.int64]
-    """0 where the light goes to where the normal of the surface points, else 1, (n,)."""
+    """0 if the light travels to the side to which the surface normal points, else 1, (n,)."""
     path_length: Doubles
-    """Geometric length of the way in each region, (n, regions)."""
+    """Geometric path length in each region, (n, regions)."""
     scatterings: NDArray[np.int64]
-    """Number of times that the light was scattered in each region, (n, regions)."""
+    """Number of scattering events in each region, (n, regions)."""
     momentum_transfer: Doubles
-    """Sum of 1 − cos ϑ over these, where ϑ is the angle of scattering, (n, regions)."""
+    """Sum of 1 − cos ϑ over the scattering events, where ϑ is the scattering angle, (n,
+    regions)."""
     regions: List[str]
     """Names of the regions."""
     mu_a: Doubles
-    """Absorption coefficients of the regions, (regions, channels); NaN where one varies in space."""
+    """Absorption coefficients of the regions, (regions, channels); NaN if a coefficient varies in
+    space."""
     particles: int
-    """Number of particles whose records are kept, whether or not they have any: all that were followed, unless there were more than
-    ``max_records`` records."""
+    """Number of particles whose records are kept, including particles without records. This is the
+    number of traced particles, unless there were more than ``max_records`` records."""
     unit: str
     """Unit of the weights."""
     index_modulation: Optional[Phasors] = None
-    """What sound does to the optical length of the way by the index along it, (n,), if the meter is ``tagged``: the complex amplitude A of the
-    change Re(A e^{iωt})."""
+    """Complex amplitude A of the change Re(A e^{iωt}) of the optical length, due to the change of
+    the index by sound, (n,), in scene units; if the meter is ``tagged``."""
     displacement_modulation: Optional[Phasors] = None
-    """Likewise by the displacement of what scatters the light."""
+    """Complex amplitude of the change of the optical length, due to the displacement of scatterers
+    by sound, (n,), in scene units; if the meter is ``tagged``."""
     optical_length_rate: Optional[Doubles] = None
-    """How fast the flow of what scatters the light changes the optical length of the way, (n,), in scene units per second, if a medium has a
-    ``velocity``."""
+    """Rate of change of the optical length due to the flow of the scatterers, (n,), in scene units
+    per second; if a medium has a ``velocity``."""
     velocity_change: Optional[Doubles] = None
-    """The largest rate at which the velocity changes along the flow of each region, |(v·∇)v|/|v|, per second, (regions,), if a medium has a
-    ``velocity``. Flows along the axes of their grid have none; a wall that cuts voxels obliquely counts, for there the flow ends."""
+    """Largest rate at which the velocity changes along the flow of each region, |(v·∇)v|/|v|, per
+    second, (regions,); if a medium has a ``velocity``. Flows along the axes of their grid have
+    none. A wall that cuts voxels obliquely counts, because the flow ends there."""
     stokes: Optional[Doubles] = None
-    """Stokes parameters S0 to S3 of the power, (n, 4, channels), if the meter has ``stokes``, in the frame of the meter."""
+    """Stokes parameters S0 to S3 of the power, (n, 4, channels), in the frame of the meter; if the
+    meter has ``stokes``."""
 
     @classmethod
     def load(cls, path: Union[str, "os.PathLike[str]"], meter: Optional[str] = None) -> "Records":
-        """Read the records in an NPZ or HDF5 file that ``morgana render`` or :meth:`Result.write` has written.
+        """Read the records in an NPZ or HDF5 file.
+
+        The file is one that ``morgana render`` or :meth:`Result.write` wrote.
 
         Parameters
         ----------
         path : path_like
             The file.
         meter : str, optional
-            Name of the meter; needed if the file is of several meters.
+            Name of the meter; needed if the file contains several meters.
 
         Returns
         -------
@@ -116,7 +129,7 @@ class Records(NamedTuple):
         Raises
         ------
         FileError
-            A file without records of this meter, or of another format.
+            A file without records of this meter, or in another format.
 
         Examples
         --------
@@ -132,25 +145,26 @@ class Records(NamedTuple):
         return found[meter]
 
     def rescaled(self, mu_a: Mapping[str, ArrayLike]) -> "Records":
-        """The same light with other absorption: weights change by exp(−Δμ_a ℓ), with the length ℓ in each region.
+        """The light with other absorption coefficients.
 
-        This is exact, but the error grows with the change: see ``effective`` of :meth:`power`.
+        Weights change by exp(−Δμ_a ℓ), with the length ℓ in each region. This is exact, but the
+        error grows with the change: see ``effective`` of :meth:`power`.
 
         Parameters
         ----------
         mu_a : mapping
-            New absorption coefficients of regions by name, one number or one for each channel, ≥ 0, per scene unit. Other regions
-            keep theirs.
+            New absorption coefficients of regions by name, one number or one for each channel, ≥ 0,
+            per scene unit. Other regions keep their coefficients.
 
         Returns
         -------
         Records
-            With other weights.
+            Records with the new weights.
 
         Raises
         ------
         ValueError
-            An unknown region, one whose absorption varies in space, or a negative coefficient.
+            An unknown region, a region whose absorption varies in space, or a negative coefficient.
 
         Examples
         --------
@@ -170,28 +184,31 @@ class Records(NamedTuple):
         return self._replace(weight=self.weight * factor, mu_a=new, stokes=stokes)
 
     def jacobian(self, mu_s: Optional[Mapping[str, ArrayLike]] = None, where: Optional[ArrayLike] = None) -> Jacobian:
-        """Derivatives of the power of all records, or of those that are chosen, by the coefficients of the regions.
+        """Derivatives of the power of all or some records by the coefficients of the regions.
 
-        By μ_a the derivative is −Σ weight · ℓ, with the length ℓ in the region; by μ_s it is Σ weight · (k/μ_s − ℓ), with the number of
-        scatterings k. Both are without bias. Divide by the power for derivatives of its logarithm: by μ_a that is minus the mean partial path
-        length.
+        The derivative by μ_a is −Σ weight · ℓ, with the length ℓ in the region. The derivative by
+        μ_s is Σ weight · (k/μ_s − ℓ), with the number of scattering events k. Both are unbiased.
+        Divide by the power for derivatives of its logarithm: by μ_a, this is minus the mean partial
+        path length.
 
         Parameters
         ----------
         mu_s : mapping, optional
-            Scattering coefficients of regions by name, with which the records were made, one number or one for each channel, > 0.
+            Scattering coefficients of regions by name, with which the records were made, one number
+            or one for each channel, > 0.
         where : array_like of bool, optional
-            Which records count, (n,): such as those of a detector, or of a time gate.
+            Mask of the records to use, (n,): for instance the records of a detector or a time gate.
 
         Returns
         -------
         Jacobian
-            By region and channel.
+            Derivatives by region and channel.
 
         Raises
         ------
         ValueError
-            An unknown region, a coefficient that is not positive, or ``where`` that is no row of truths for each record.
+            An unknown region, a coefficient that is not positive, or a ``where`` that is not one
+            bool for each record.
 
         Examples
         --------
@@ -212,18 +229,18 @@ class Records(NamedTuple):
         return Jacobian(by_mu_a.mean, by_mu_a.error, by_mu_s.mean, by_mu_s.error)
 
     def _region(self, name: str) -> int:
-        """The row of a region."""
+        """Returns the row of a region."""
         if name not in self.regions:
             raise ValueError(f"no region is named {name!r}; there are {', '.join(map(repr, self.regions))}")
         return self.regions.index(name)
 
     def power(self, where: Optional[ArrayLike] = None) -> Power:
-        """The power of all records, or of those that are chosen.
+        """Power of all or some records.
 
         Parameters
         ----------
         where : array_like of bool, optional
-            Which records count, (n,).
+            Mask of the records to use, (n,).
 
         Returns
         -------
@@ -233,7 +250,7 @@ class Records(NamedTuple):
         Raises
         ------
         ValueError
-            ``where`` that is no row of truths for each record.
+            A ``where`` that is not one bool for each record.
 
         Examples
         --------
@@ -244,16 +261,17 @@ class Records(NamedTuple):
         return self._power(self.particle[which], self.weight[which])
 
     def gated(self, edges: ArrayLike, pulse: Optional[Pulse] = None) -> Power:
-        """The energy in time gates, of light that starts at once or in a pulse.
+        """Energy in time gates, of light from an impulse or a pulse.
 
-        A record's energy is divided among gates as the pulse says: nothing is binned before, and errors are right.
+        The energy of a record is divided among gates according to the pulse. No binning takes place
+        before, and errors are exact.
 
         Parameters
         ----------
         edges : array_like
-            Optical path lengths between which gates are, ascending, (gates + 1,).
+            Optical path lengths at the edges of the gates, ascending, (gates + 1,).
         pulse : Pulse, optional
-            The shape of the emitted pulse; without it all light starts at 0.
+            The shape of the emitted pulse; without it, all light starts at 0.
 
         Returns
         -------
@@ -278,7 +296,7 @@ class Records(NamedTuple):
         return self._power(self.particle, share[:, :, None] * self.weight[:, None, :])
 
     def _power(self, particle: NDArray[np.int64], weight: Doubles) -> Power:
-        """The sum of weights, (n, ...), whose error is that among particles."""
+        """Returns the sum of weights, (n, ...), with its error over particles."""
         _, rows = np.unique(particle, return_inverse=True)
         totals = np.zeros((int(rows.max(initial=-1)) + 1, *weight.shape[1:]))
         np.add.at(totals, rows, weight)
@@ -294,7 +312,7 @@ class Records(NamedTuple):
 
 
 def found_in(arrays: Mapping[str, Array], attributes: Mapping[str, Any]) -> Dict[str, Records]:
-    """The records among the arrays of a measurement, by the names of meters."""
+    """Returns the records among the arrays of a measurement, by the names of meters."""
     tables = {}
     for name in arrays:
         prefix, found, _ = name.rpartition("record_weight")
@@ -337,5 +355,5 @@ def _table(prefix: str, arrays: Mapping[str, Array], attributes: Mapping[str, An
 
 
 def _matrix(array: Doubles) -> Doubles:
-    """An array whose last axis is that of channels, which is left out if there is only one."""
+    """Adds a last axis for a single channel, which arrays omit."""
     return array[:, None] if array.ndim == 1 else array

@@ -29,37 +29,39 @@ def render(
     threads: Optional[int] = None,
     progress: Progress = False,
 ) -> Result:
-    """Render a scene, or measure if it has meters in place of a camera.
+    """Render a scene, or measure if it has meters instead of a camera.
 
-    Other Python threads run meanwhile. Ctrl-C ends the render at the end of its pass, or gives the pass up if it takes longer
-    than 0.6 seconds more. ``render`` then returns what there is, with ``stopped == "interrupted"``, and raises no
-    ``KeyboardInterrupt``. (Python notices Ctrl-C on its main thread only.)
+    Other Python threads run during the render. Ctrl-C ends the render at the end of its pass, or
+    aborts the pass if it takes more than 0.6 seconds longer. ``render`` then returns the samples so
+    far, with ``stopped == "interrupted"``, and raises no ``KeyboardInterrupt``. (Python handles
+    Ctrl-C only on its main thread.)
 
     Parameters
     ----------
     scene : Scene
-        What to render.
+        The scene to render.
     spp : int, optional
-        Samples per pixel, ≥ 1, instead of the scene's number.
+        Samples per pixel, ≥ 1; by default the scene's number.
     particles : int, optional
-        Particles to follow, ≥ 1, instead of the scene's number, if the scene has meters.
+        Number of particles, ≥ 1; by default the scene's number. For scenes with meters.
     seed : int, optional
         Seed of the random numbers, 0 to 2⁶⁴ − 1. The same seed gives the same numbers, bit for bit, for any number of threads.
     integrator : str, optional
-        Integrator instead of the scene's: ``auto``, ``path``, ``particle``, ``bdpt``, ``vcm``, ``photon`` or ``sppm``. Parameters that all have in
-        common stay those of the scene.
+        Integrator instead of the scene's: ``auto``, ``path``, ``particle``, ``bdpt``, ``vcm``,
+        ``photon`` or ``sppm``. Parameters that all integrators have keep the scene's values.
     time : float, optional
-        Seconds after which to stop, > 0; ``spp`` is an upper bound then.
+        Seconds after which to stop, > 0; ``spp`` is then an upper bound.
     target_error : float, optional
-        Stop when the measured error is down to this part of the image's mean, > 0; ``spp`` is an upper bound then. Stopping by
-        measured errors biases the mean slightly.
+        Relative error of the image's mean at which to stop, > 0; ``spp`` is then an upper bound.
+        Stopping by measured errors biases the mean slightly.
     target : {"image", "pixel"}, optional
-        What ``target_error`` is of: the standard error of the image's mean, or the root mean square of those of all pixels.
+        Error that ``target_error`` limits: the standard error of the image's mean, or the root mean
+        square of the standard errors of all pixels.
     threads : int, optional
-        Number of threads, ≥ 1; by default as many as there are processors.
+        Number of threads, ≥ 1; by default the number of CPU cores.
     progress : bool or callable, optional
-        ``True`` for a bar, drawn by tqdm if it is installed; or a function that is called on this thread with the share of the
-        work that is done, 0 to 1.
+        ``True`` for a progress bar, drawn by tqdm if it is installed; or a function that is called
+        on this thread with the completed fraction, 0 to 1.
 
     Returns
     -------
@@ -69,7 +71,7 @@ def render(
     Raises
     ------
     RenderError
-        What was asked for does not fit the scene, or is out of range.
+        An option that does not fit the scene, or is out of range.
     TypeError
         An argument of another type.
     SceneError
@@ -99,7 +101,7 @@ def limits(
     target_error: Optional[float] = None,
     target: str = "image",
 ) -> Limits:
-    """What is asked for of a run, once it has been found to make sense; see :func:`render`."""
+    """Returns the checked limits of a run; see :func:`render`."""
     has_meters = bool(scene.meters)
     seed = checks.whole(seed, "seed", 0, 2**64 - 1)
     checks.text(integrator, "integrator")

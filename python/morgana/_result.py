@@ -1,4 +1,4 @@
-"""What a render or a measurement gives."""
+"""Results of renders and measurements."""
 
 from __future__ import annotations
 
@@ -33,16 +33,17 @@ THUMBNAIL = 320
 
 @comparable
 class Layer(NamedTuple):
-    """A layer of a picture: a part of its light, or a quantity of its rays."""
+    """Layer of a picture: a part of its light, or a quantity of its rays."""
 
     mean: Floats
     """Means of pixels, float32, (height, width, channels)."""
     variance: Floats
     """Variances of the means, of the same shape; infinite with fewer than two samples."""
     few: Bools
-    """Where the variances cannot be trusted, of the same shape: see ``Result.few``."""
+    """Mask of the variances that are unreliable, of the same shape: see ``Result.few``."""
     channels: List[str]
-    """Names of the channels: those of the picture, or, such as ``X`` and ``Y``, the components of a quantity."""
+    """Names of the channels of the picture, or of the components of a quantity, such as ``X`` and
+    ``Y``."""
 
     @property
     def error(self) -> Floats:
@@ -56,44 +57,47 @@ class Layer(NamedTuple):
 
 @comparable
 class Reading(NamedTuple):
-    """A quantity that a meter has measured (docs/meters.md)."""
+    """A quantity that a meter measured (docs/meters.md)."""
 
     mean: Doubles
     """Means of the bins; the shape follows the axes."""
     error: Doubles
     """Standard errors of the means, of the same shape."""
     axes: Dict[str, Optional[Doubles]]
-    """For each axis, the slowest first, the edges of its bins: one more than there are bins. ``None`` for axes without
-    edges: ``channel``, ``side``, ``part``."""
+    """Edges of the bins by axis, the slowest axis first: one more edge than bins. ``None`` for axes
+    without edges: ``channel``, ``side``, ``part``."""
     unit: str
-    """Unit, where ``unit`` is that of length in the scene: ``W/unit^2``."""
+    """Unit, in which ``unit`` stands for the scene's unit of length: ``W/unit^2``."""
     effective: Optional[Doubles] = None
-    """Effective numbers of particles from which the means come, of the shape of ``mean``: how many equal ones would make
-    means that are known as well."""
+    """Effective numbers of particles, of the shape of ``mean``: numbers of equal particles that
+    would give means of equal uncertainty."""
     few: Optional[Bools] = None
-    """Where the errors cannot be trusted, because they come from fewer than ten effective particles or mostly from a single
-    one (docs/meters.md)."""
+    """Mask of the unreliable errors, of the shape of ``mean``. Such errors come from fewer than ten
+    effective particles or mostly from a single one (docs/meters.md)."""
 
     @classmethod
     def load(cls, path: Union[str, "os.PathLike[str]"], name: str) -> "Reading":
-        """Read what a meter has measured from an NPZ or HDF5 file that ``morgana render`` or :meth:`Result.write` has written.
+        """Read a meter's quantity from an NPZ or HDF5 file.
+
+        The file is one that ``morgana render`` or :meth:`Result.write` wrote.
 
         Parameters
         ----------
         path : path_like
             The file.
         name : str
-            The quantity, as in ``Result.meters``: ``"fluence"``, or ``"tank.fluence"`` if the file is of several meters.
+            The quantity, as in ``Result.meters``: ``"fluence"``, or ``"tank.fluence"`` if the file
+            contains several meters.
 
         Returns
         -------
         Reading
-            The reading, as the result had it.
+            The reading, as in the result.
 
         Raises
         ------
         FileError
-            A file without this reading, or of another format.
+            A file without this reading, or in another format.
 
         Examples
         --------
@@ -106,10 +110,12 @@ class Reading(NamedTuple):
         return reading_in(arrays, name)
 
     def convolved(self, pulse: Pulse) -> "Reading":
-        """The answer to a pulse of light, of an answer to light that starts at once, in bins of the optical path length.
+        """Response to a pulse of light, from the response to an impulse.
 
-        Light is spread evenly over its bin: take bins that are narrow beside the pulse, and such that no light is outside of them. The
-        errors are upper bounds, which are reached where bins depend on one another: :meth:`Records.gated` knows better.
+        The reading is the impulse response in bins of the optical path length. Light is spread
+        evenly over its bin: take bins that are narrow compared with the pulse, and that contain all
+        light. The errors are upper bounds, which correlated bins reach; :meth:`Records.gated` gives
+        exact errors.
 
         Parameters
         ----------
@@ -118,7 +124,7 @@ class Reading(NamedTuple):
 
         Returns
         -------
-        Reading
+        This quantity with the pulse, without effective numbers of particles.
             The same quantity with the pulse, without effective numbers of particles.
 
         Raises
@@ -149,14 +155,14 @@ class Reading(NamedTuple):
 
 
 class Result:
-    """What :func:`render` returns: a picture, or the readings of meters.
+    """Result of :func:`render`: a picture, or the readings of meters.
 
-    Arrays are made when they are first asked for, and kept. Results can be pickled, and compared with ``==``: equal ones have
-    the same numbers, of an equal scene, however long they took.
+    Arrays are made on first access, and kept. Results can be pickled, and compared with ``==``:
+    equal results have equal numbers and equal scenes; run times do not count.
     """
 
     scene: Scene
-    """What was rendered."""
+    """The rendered scene."""
 
     def __init__(self, scene: Scene, run: Union[_morgana.Rendered, _morgana.Measured]) -> None:
         self.scene = scene
@@ -179,28 +185,36 @@ class Result:
 
     @functools.cached_property
     def stats(self) -> Dict[str, Any]:
-        """What happened: counts, connections and their failures, seconds, threads, as ``--stats`` of the program."""
+        """Statistics of the run, as from ``--stats`` of the program.
+
+        They include counts, connections and their failures, seconds, and threads."""
         stats: Dict[str, Any] = json.loads(self._run.stats)
         return stats
 
     @property
     def stopped(self) -> Optional[str]:
-        """Why the run ended early: ``"interrupted"``, ``"time"``, ``"target"``, or ``None``."""
+        """Reason for an early end of the run, or ``None``.
+
+        Reasons are ``"interrupted"``, ``"time"`` and ``"target"``."""
         return self._run.stopped
 
     @property
     def balance(self) -> Optional[Dict[str, Any]]:
-        """Where the light of all emitters went, in their unit of power, or ``None`` if no particles were followed.
+        """Balance of the power of all emitters, in its unit.
 
-        ``emitted``, and ``mean`` and ``standard_error`` of what was ``absorbed_by_media``, ``absorbed_by_surfaces``,
-        ``escaped``, ``cut_off``, ``lost``, ``left_over``.
+        ``None`` if no particles were traced.
+
+        Entries are ``emitted``, and the ``mean`` and ``standard_error`` of ``absorbed_by_media``,
+        ``absorbed_by_surfaces``, ``escaped``, ``cut_off``, ``lost``, ``left_over``.
         """
         balance: Optional[Dict[str, Any]] = self.stats["balance"]
         return balance
 
     @property
     def channels(self) -> List[str]:
-        """Names of the channels: ``R``, ``G``, ``B``, or ``Y``, or wavelengths in nm, or quantities."""
+        """Names of the channels.
+
+        They are ``R``, ``G``, ``B``, or ``Y``, or wavelengths in nm, or quantities."""
         return self.scene.channels
 
     @property
@@ -213,12 +227,13 @@ class Result:
     def image(self) -> Floats:
         """The picture: means of pixels, float32, (height, width, channels), row 0 at the top.
 
-        Radiance, in the unit of the emitters; by the integrator ``aov`` the quantities of rays (see ``layers``).
+        Values are radiance, in the unit of the emitters. With the integrator ``aov`` they are
+        quantities of rays (see ``layers``).
 
         Raises
         ------
         RenderError
-            The scene has meters in place of a camera, here as for all that belongs to a picture.
+            The scene has meters instead of a camera. All properties of pictures raise this error.
         """
         return self._rendered.mean()
 
@@ -239,69 +254,78 @@ class Result:
 
     @property
     def mean(self) -> float:
-        """Mean of the image over pixels and channels; of no use by the integrator ``aov``, whose channels are of many kinds."""
+        """Mean of the image over pixels and channels.
+
+        The mean is meaningless for the integrator ``aov``, which has channels of different
+        quantities."""
         return self._rendered.summary()[0]
 
     @property
     def mean_error(self) -> float:
-        """Standard error of ``mean``, which takes into account that pixels may share paths."""
+        """Standard error of ``mean``. It accounts for paths that pixels share."""
         return self._rendered.summary()[1]
 
     @property
     def mean_few(self) -> bool:
-        """Whether ``mean_error`` cannot be trusted, because it comes mostly from a few bright samples, or because no sample found any light.
+        """True if ``mean_error`` is unreliable.
 
-        Take more samples; if the integrator is ``path``, try ``bdpt``. If all is black, ask what keeps light from the sensor:
-        ``morgana check`` says what may be in the way.
+        A few bright samples contribute most of the error, or no sample found any light. Take more
+        samples; with the integrator ``path``, try ``bdpt``. If the image is black, ``morgana
+        check`` lists what may block the light.
         """
         return self._rendered.mean_few()
 
     @property
     def _is_black(self) -> bool:
-        """Whether a picture of light shows none, although it has samples."""
+        """True if a picture of light is black although it has samples."""
         return self._rendered.is_light() and self.mean == 0.0 and bool(self.samples.any())
 
     @functools.cached_property
     def effective(self) -> Floats:
         """Effective numbers of samples of the pixels, float32, of the shape of ``image``.
 
-        How many equal ones would make means that are known as well. With the sampler ``ldsampler`` each replicate counts as
-        one.
+        These are numbers of equal samples that would give means of equal uncertainty. With the
+        sampler ``ldsampler``, each replicate counts as one sample.
         """
         return self._rendered.effective()
 
     @functools.cached_property
     def few(self) -> Bools:
-        """Where ``variance`` and ``error`` cannot be trusted, bool, of the shape of ``image``.
+        """Mask of the unreliable ``variance`` and ``error``, bool, of the shape of ``image``.
 
-        Fewer than ten effective samples have found light there, or a single one makes most of the variance
-        (docs/images.md). ``False`` everywhere by the integrator ``aov``.
+        Fewer than ten effective samples found light in these pixels, or a single sample contributes
+        most of the variance (docs/images.md). ``False`` everywhere for the integrator ``aov``.
         """
         return self._rendered.few()
 
     @functools.cached_property
     def reweighted(self) -> Optional[Floats]:
-        """The picture with less weight for rare bright samples, of the shape of ``image``, if the film asks for it; biased."""
+        """The picture with reduced weight of rare bright samples; biased.
+
+        It has the shape of ``image``, and is ``None`` unless the film requests it."""
         return self._rendered.reweighted()
 
     @functools.cached_property
     def layers(self) -> Dict[str, Layer]:
-        """The layers of the picture by their names; empty if it has none, and for readings of meters.
+        """Layers of the picture by name; empty without layers, and for readings of meters.
 
-        Of a film with a ``decomposition``, its parts of the light, by names such as ``time.0012.bounce.1``. Their means add up to
-        ``image``.
+        A film with a ``decomposition`` gives parts of the light, with names such as
+        ``time.0012.bounce.1``. Their means add up to ``image``.
 
-        By the integrator ``aov``, the quantities of rays, by their names in scene files, such as ``optical_length`` or
-        ``deflection`` (docs/scene-format.md#other-quantities-than-light has their units). Pixels are means over all rays, of
-        which those that are lost count as zero: divide by ``layers["valid"].mean`` for means over the others. If an ``aov`` holds
-        another integrator, the image shows light, and the quantities are here.
+        The integrator ``aov`` gives quantities of rays, with their names in scene files, such as
+        ``optical_length`` or ``deflection`` (docs/scene-format.md#other-quantities-than-light has
+        their units). Pixels are means over all rays, in which lost rays count as zero: divide by
+        ``layers["valid"].mean`` for means over the other rays. If an ``aov`` contains another
+        integrator, the image shows light, and the layers are the quantities.
 
-        By the integrator ``stokes``, Stokes parameters of light: ``S0`` to ``S3``.
+        The integrator ``stokes`` gives Stokes parameters of light: ``S0`` to ``S3``.
 
-        By the integrator ``tagged``, ``total``, ``carrier``, ``sideband.1``, … and ``delay.1``, … of light that sound modulates. Delays have
-        the ``few`` of ``total``, of whose samples they are made.
+        The integrator ``tagged`` gives ``total``, ``carrier``, ``sideband.1``, … and ``delay.1``, …
+        of light that sound modulates. Delays have the ``few`` of ``total``, because their samples
+        are those of ``total``.
 
-        By the integrator ``moment``, second moments, by names such as ``m2_image``; their variances are not known (infinite).
+        The integrator ``moment`` gives second moments, with names such as ``m2_image``; their
+        variances are unknown (infinite).
         """
         if isinstance(self._run, _morgana.Measured):
             return {}
@@ -310,9 +334,11 @@ class Result:
 
     @property
     def axes(self) -> List[Dict[str, Any]]:
-        """What the film tells apart: for each axis its ``name``, ``"length"``, ``"time"``, ``"bounce"``, ``"light"``,
-        ``"stokes"`` or ``"tagged"``, and its bins: ``min``, ``max``, ``width``, ``bins``, or ``max``, ``emitters``, ``parameters``, or ``orders``
-        and ``delays``, which are in periods of the sound."""
+        """Axes of the film's decomposition.
+
+        Each has a ``name``, ``"length"``, ``"time"``, ``"bounce"``, ``"light"``, ``"stokes"`` or
+        ``"tagged"``, and its bins: ``min``, ``max``, ``width``, ``bins``; or ``max``, ``emitters``,
+        ``parameters``; or ``orders`` and ``delays``, in periods of the sound."""
         return self._decomposition[1]
 
     @functools.cached_property
@@ -344,11 +370,11 @@ class Result:
 
     @functools.cached_property
     def meters(self) -> Mapping[str, Reading]:
-        """What meters have read, by the names of the quantities; empty for a picture.
+        """Readings of meters by the names of the quantities; empty for a picture.
 
-        ``fluence``, ``absorbed``, ``power``, ``irradiance`` and others (docs/meters.md), with the meter's name and a dot in
-        front if there are several meters. A reading is made when it is first asked for, and kept: 25 bytes a bin. Take
-        :meth:`reading` for less.
+        Names are ``fluence``, ``absorbed``, ``power``, ``irradiance`` and others (docs/meters.md),
+        with the prefix ``METER.`` if there are several meters. A reading is made on first access,
+        and kept: 25 bytes per bin. :meth:`reading` takes less memory.
         """
         kept: Dict[str, Reading] = {}
 
@@ -360,21 +386,23 @@ class Result:
         return Lazy(names_in(self._arrays), make)
 
     def reading(self, name: str, *, dtype: DTypeLike = np.float64, errors: bool = True) -> Reading:
-        """A quantity of ``meters`` in less memory: without effective numbers of particles and ``few``, and not kept.
+        """A quantity of ``meters`` in less memory.
+
+        The reading has no effective numbers of particles and no ``few``, and is not kept.
 
         Parameters
         ----------
         name : str
             The quantity, as in ``meters``.
         dtype : dtype, optional
-            Type of the numbers. ``float32`` takes 8 bytes a bin for mean and error.
+            Type of the numbers. ``float32`` takes 8 bytes per bin for mean and error.
         errors : bool, optional
-            ``False`` leaves out the standard errors: ``error`` is NaN everywhere, and takes no memory.
+            ``False`` omits the standard errors: ``error`` is NaN everywhere, and takes no memory.
 
         Returns
         -------
         Reading
-            The means, and the errors if they are wanted.
+            The means, and the errors if requested.
 
         Raises
         ------
@@ -397,7 +425,9 @@ class Result:
 
     @functools.cached_property
     def records(self) -> Dict[str, Records]:
-        """Records of detected light by the names of the meters that keep them; empty if none does (docs/meters.md#records)."""
+        """Records of detected light, by the names of the meters that keep them.
+
+        Empty if no meter keeps records (docs/meters.md#records)."""
         if isinstance(self._run, _morgana.Rendered):
             return {}
         return found_in(self._arrays, json.loads(self._run.attributes))
@@ -416,14 +446,14 @@ class Result:
             The file; its extension chooses the format: ``.exr``, ``.png`` or ``.npy`` for a picture, ``.npz``, ``.h5``,
             ``.nrrd`` or ``.npy`` for readings.
         exposure : float, optional
-            Stops by which a ``.png`` file is brightened, as for :func:`write`.
+            Stops by which a ``.png`` file is brightened, as in :func:`write`.
 
         Raises
         ------
         FileError
-            A file that cannot be written, or a format that does not fit.
+            A file that cannot be written, or a format that does not suit the data.
         RenderError
-            An ``exposure`` of readings.
+            An ``exposure`` for readings.
 
         Examples
         --------
@@ -464,13 +494,14 @@ class Result:
 
 
 def undelayed(layer: str) -> str:
-    """The layer of which one of tagged light is at a delay; other layers themselves."""
+    """Returns the undelayed layer for a delayed layer of tagged light, and any other layer
+    itself."""
     *before, word, number = ["", *layer.split(".")]
     return ".".join([*before[1:], "total"]) if word == "delay" and number.isdigit() else layer
 
 
 class Lazy(Mapping[str, Value]):
-    """A mapping whose values are made when they are asked for."""
+    """Mapping that makes its values on access."""
 
     def __init__(self, names: Iterable[str], make: Callable[[str], Value]) -> None:
         self._names = dict.fromkeys(names)
@@ -495,26 +526,26 @@ class Lazy(Mapping[str, Value]):
 
 
 def names_in(arrays: Mapping[str, Array]) -> List[str]:
-    """Names of the readings among the arrays of a measurement."""
+    """Returns the names of the readings among the arrays of a measurement."""
     return [name for name in arrays if f"{name}_error" in arrays]
 
 
 def reading_in(arrays: Mapping[str, Array], name: str) -> Reading:
-    """A reading among the arrays of a measurement."""
+    """Returns a reading from the arrays of a measurement."""
     unit, axes, mean = arrays[name]
     error, effective, few = (arrays[f"{name}_{what}"].values for what in ("error", "effective", "few"))
     return Reading(mean, error, _edges(arrays, name, axes), unit, effective, few != 0)
 
 
 def _edges(arrays: Mapping[str, Array], name: str, of: List[str]) -> Dict[str, Optional[Doubles]]:
-    """The edges of the bins of each axis of a reading."""
+    """Returns the edges of the bins of each axis of a reading."""
     prefix, dot, _ = name.rpartition(".")
     of_axes = {axis: f"{prefix}{dot}{axis}_edges" for axis in of}
     return {axis: arrays[edges].values if edges in arrays else None for axis, edges in of_axes.items()}
 
 
 def thumbnail(image: Floats, channels: List[str]) -> str:
-    """A small picture for notebooks, as HTML."""
+    """Returns a small picture for notebooks, as HTML."""
     height, width = image.shape[:2]
     n = min(-(-max(height, width) // THUMBNAIL), height, width)
     small = image[: height // n * n, : width // n * n]

@@ -30,31 +30,39 @@ def load_file(
     memory: Optional[int] = None,
     **parameters: Define,
 ) -> Scene:
-    """Read a scene file: JSON if its name ends in ``.json``, else XML (docs/scene-format.md).
+    """Read a scene file (docs/scene-format.md).
 
-    What is doubtful about the scene is told as :class:`SceneWarning`. A scene is pickled as its absolute path, and read again.
+    The file is JSON if its name ends in ``.json``, else XML. A :class:`SceneWarning` reports each
+    doubtful property of the scene. A scene is pickled as its absolute path, and unpickling reads
+    the file again.
 
     Parameters
     ----------
     path : path_like
         The file.
     integrator : str, optional
-        Integrator in place of the scene's: ``auto``, ``path``, ``particle``, ``bdpt``, ``vcm``, ``photon``, ``sppm`` or ``aov``. Parameters that
-        all have in common stay as the scene has them.
+        Integrator instead of the scene's: ``auto``, ``path``, ``particle``, ``bdpt``, ``vcm``,
+        ``photon``, ``sppm`` or ``aov``. Parameters that all integrators have keep the scene's
+        values.
     sampler : str, optional
-        Sampler in place of the scene's: ``independent``, ``ldsampler``, or ``ldsampler:64`` with larger replicates.
+        Sampler instead of the scene's: ``independent``, ``ldsampler``, or ``ldsampler:64`` with
+        larger replicates.
     adaptive : bool, optional
-        Whether noisy pixels get more of the samples, even if the scene's sampler does not ask for it.
+        Give noisy pixels more samples, even if the scene's sampler does not request it.
     undisturbed : bool, optional
-        Whether media whose index varies get a constant one: that against which the volume tells it (``n0``, ``reference``), or else that of
-        what is around where the boundary does not refract, or else the mean of the index over the boundary. The scene without its flow.
+        Give media whose index varies a constant index, which is the scene without its flow. The
+        constant is the reference of the volume (``n0``, ``reference``); or else, if the boundary
+        does not refract, the index of the surroundings; or else the mean of the index over the
+        boundary.
     silence : str or sequence of str, optional
-        Checks whose warnings are left out, by the name in their brackets, such as ``"thin_beam"``.
+        Names of checks whose warnings are omitted, as they stand in brackets in the warnings, such
+        as ``"thin_beam"``.
     memory : int, optional
-        Bytes that each data file may take once it is read, however small it is. By default 2 GiB, or ten times the file and
-        64 MiB if that is more (docs/security.md).
+        Maximum number of bytes of each data file in memory, regardless of its size on disk. By
+        default 2 GiB, or ten times the size of the file plus 64 MiB if that is more
+        (docs/security.md).
     **parameters : str, float or bool
-        Values for the scene's parameters (``<default>``), as ``-D name=value`` of the program.
+        Values of the scene's parameters (``<default>``), as with ``-D name=value`` of the program.
 
     Returns
     -------
@@ -64,7 +72,7 @@ def load_file(
     Raises
     ------
     SceneError
-        The scene cannot be read or used; its ``diagnostics`` say why and where.
+        The scene cannot be read or used; its ``diagnostics`` give reasons and places.
 
     Examples
     --------
@@ -89,15 +97,17 @@ def load_dict(
 ) -> Scene:
     """Make a scene from a dictionary, as Mitsuba's ``load_dict`` does.
 
-    Arrays may have any strides and any real type of numbers. Each is copied while the scene is read, and again into the form in
-    which rays need it, in single precision; the first copy is freed when this function returns. Later changes of the arrays do
-    not change the scene. The dictionary is kept for pickling.
+    Arrays may have any strides and any real type of numbers. Reading the scene copies each array,
+    and converts the copy to the form that rays need, in single precision. The first copy is freed
+    when this function returns. Later changes of the arrays do not affect the scene. The dictionary
+    is kept for pickling.
 
     Parameters
     ----------
     scene : mapping
-        ``{"type": "scene", ...}``: what a JSON scene says (docs/scene-format.md#json-scenes), with arrays for volumes
-        (``data``), meshes (``type`` ``mesh``), matrices and points. Relative names of files start from the current folder.
+        Dictionary ``{"type": "scene", ...}`` with the content of a JSON scene
+        (docs/scene-format.md#json-scenes). Volumes (``data``), meshes (``type`` ``mesh``), matrices
+        and points may be arrays. Relative file names start from the current folder.
     integrator : str, optional
         As for :func:`load_file`.
     sampler : str, optional
@@ -111,7 +121,7 @@ def load_dict(
     memory : int, optional
         As for :func:`load_file`.
     **parameters : str, float or bool
-        Values for the scene's ``"parameters"``.
+        Values of the scene's ``"parameters"``.
 
     Returns
     -------
@@ -121,9 +131,9 @@ def load_dict(
     Raises
     ------
     SceneError
-        The scene cannot be used; places are such as ``scene["ball"]["radius"]``.
+        The scene cannot be used. Places in it are written as ``scene["ball"]["radius"]``.
     TypeError
-        A value of a type that no scene can have.
+        A value of a type that scenes cannot contain.
     ValueError
         A masked array that hides elements.
 
@@ -147,8 +157,9 @@ def export(
 ) -> List[str]:
     """Write a scene in the format of Mitsuba 3: XML, or JSON if the name ends in ``.json``.
 
-    Scenes of Mitsuba 0.5 and 0.6 and dictionaries become one file that ``mitsuba.load_file`` reads, unless they use what only
-    morgana has. Data files are named as they are seen from the new file.
+    Scenes of Mitsuba 0.5 and 0.6 and dictionaries become one file that ``mitsuba.load_file`` reads,
+    unless they use features that only morgana has. Paths of data files become relative to the new
+    file.
 
     Parameters
     ----------
@@ -157,19 +168,20 @@ def export(
     path : path_like
         The file to write, ``.xml`` or ``.json``.
     **parameters : str, float or bool
-        Values for the scene's parameters.
+        Values of the scene's parameters.
 
     Returns
     -------
     list of str
-        What of the scene Mitsuba 3 does not have, such as ``'ior' of medium 'homogeneous'``.
+        Features of the scene that Mitsuba 3 does not have, such as ``'ior' of medium
+        'homogeneous'``.
 
     Raises
     ------
     SceneError
         The scene cannot be read.
     ValueError
-        An array, which XML cannot hold, or another extension.
+        An array, which XML cannot contain, or another extension.
     FileError
         The file cannot be written.
 
@@ -193,19 +205,20 @@ def load_field(volume: Mapping[str, Any], *, wavelength: Optional[float] = None)
     Parameters
     ----------
     volume : mapping
-        A volume as an ``ior`` of a scene takes it (docs/scene-format.md#refractive-index-ior).
+        A volume for the ``ior`` of a scene (docs/scene-format.md#refractive-index-ior).
     wavelength : float, optional
-        The wavelength in nm, of an index that depends on it, such as ``cauchy``, ``sellmeier``, or that of air.
+        Wavelength in nm, > 0, for an index that depends on it, such as ``cauchy``, ``sellmeier``,
+        or the index of air.
 
     Returns
     -------
     Field
-        The field, in the coordinates of its ``to_world``.
+        The field, in the coordinates that its ``to_world`` gives.
 
     Raises
     ------
     SceneError
-        A volume that is no refractive index, or that depends on the wavelength, where none is given.
+        A volume that is not a refractive index, or that depends on the wavelength if none is given.
     ValueError
         A wavelength that is not positive.
 
@@ -226,11 +239,11 @@ def load_field(volume: Mapping[str, Any], *, wavelength: Optional[float] = None)
 
 
 def remake(recipe: Tuple[str, Any, List[Tuple[str, str]], Instead], expected: str) -> Scene:
-    """Make a scene again that was pickled.
+    """Recreate a pickled scene.
 
     Raises:
-        RenderError: Its files, or the arrays of its dictionary, have changed since it was made.
-        SceneError: They cannot be read.
+        The files, or the arrays of the dictionary, have changed since pickling.
+        The files cannot be read.
     """
     kind, source, defines, instead = recipe
     if kind == "file":
@@ -241,13 +254,13 @@ def remake(recipe: Tuple[str, Any, List[Tuple[str, str]], Instead], expected: st
 
 
 def remake_field(volume: Dict[str, Any], expected: str, wavelength: Optional[float] = None) -> Field:
-    """Make a field again that was pickled. It raises what :func:`remake` does."""
+    """Recreate a pickled field. Raises the errors of :func:`remake`."""
     field = _morgana.load_field(volume, wavelength)
     return _unchanged(field, field._hash, expected)
 
 
 def field_of(scene: Scene, name: str) -> Field:
-    """The field of a medium, when that is unpickled."""
+    """Return the field of a medium, for unpickling."""
     return scene.fields[name]
 
 

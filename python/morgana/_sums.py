@@ -1,4 +1,4 @@
-"""Sums over records, whose errors are those among particles."""
+"""Sums over records, with errors over particles."""
 
 from __future__ import annotations
 
@@ -14,11 +14,12 @@ from ._records import Records
 
 Doubles = NDArray[np.float64]
 WHOLE = ("regions", "mu_a", "particles", "unit")
-"""What records have together."""
+"""Fields that all records share."""
 
 
 def by_particle(records: Records, factors: NDArray[Any]) -> NDArray[Any]:
-    """Sums of weights times factors, (records, n), over the records of each particle that has some: (particles, n, channels)."""
+    """Returns sums of weights times factors, (records, n), over the records of each particle that
+    has records: (particles, n, channels)."""
     _, rows = np.unique(records.particle, return_inverse=True)
     shape = (factors.shape[1], records.weight.shape[1], int(rows.max(initial=-1)) + 1)
     sums = np.zeros(shape, factors.dtype)
@@ -29,31 +30,34 @@ def by_particle(records: Records, factors: NDArray[Any]) -> NDArray[Any]:
 
 
 def _counted(rows: NDArray[np.intp], values: NDArray[Any], count: int) -> NDArray[Any]:
-    """Sums of values, real or complex, by their rows."""
+    """Returns sums of values, real or complex, by their rows."""
     real = np.bincount(rows, values.real, count)
     return real + 1j * np.bincount(rows, values.imag, count) if np.iscomplexobj(values) else real
 
 
 def aligned(sums: NDArray[Any], total: NDArray[Any]) -> Doubles:
-    """The parts of sums over particles, the first axis, in phase with a total: its absolute value changes as they do."""
+    """Returns the parts of sums over particles, the first axis, that are in phase with a total. The
+    absolute value of the total changes by these parts."""
     turn = np.where(total == 0, 1, np.conj(total) / np.where(total == 0, 1, np.abs(total)))
     return np.asarray((sums * turn).real, float)
 
 
 def error_of(sums: Doubles, particles: int) -> Doubles:
-    """Standard error of a sum over particles of which the given ones are not zero; infinite with fewer than two particles."""
+    """Standard error of a sum over particles; infinite with fewer than two particles. Particles
+    that are not given count as zero."""
     return np.asarray(np.sqrt(variance_of(sums, particles))) if particles > 1 else np.full(sums.shape[1:], np.inf)
 
 
 def variance_of(sums: NDArray[Any], particles: int) -> Doubles:
-    """Its variance, real or complex: what noise adds to the squared absolute value of the sum."""
+    """Returns the variance of a sum over particles, real or complex. Noise increases the squared
+    absolute value of the sum by this variance."""
     squares = (np.abs(sums) ** 2).sum(axis=0)
     spread = np.maximum(squares - np.abs(sums.sum(axis=0)) ** 2 / max(particles, 1), 0.0)
     return np.asarray(spread * particles / max(particles - 1, 1))
 
 
 def positive(value: Any, name: str, least: float = 0.0) -> float:
-    """The value, if it is a finite number and at least ``least``."""
+    """Returns the value if it is finite and at least ``least``, else raises an error."""
     what = f"finite and {'positive' if least else 'not negative'}"
     try:
         number = float(value)
@@ -67,7 +71,8 @@ def positive(value: Any, name: str, least: float = 0.0) -> float:
 
 
 def by_channel(values: ArrayLike, name: str, channels: int) -> Doubles:
-    """A positive number for all channels, of no axis, or one for each, (channels,)."""
+    """Checks a positive number for all channels, without axes, or one for each channel,
+    (channels,)."""
     found = numbers(values, name)
     if found.shape not in [(), (channels,)] or not np.all(np.isfinite(found) & (found > 0)):
         raise ValueError(f"{name} must be finite and positive: one number, or one for each of {channels} channels")
@@ -75,8 +80,8 @@ def by_channel(values: ArrayLike, name: str, channels: int) -> Doubles:
 
 
 def doubt(wavelength: ArrayLike, records: Records) -> None:
-    """Warns of wavelengths that are longer than the mean optical length between scatterings: where light is so dense in scatterers, waves do not
-    meet them one by one, and far more often the unit is another."""
+    """Warns if a wavelength exceeds the mean optical length between scatterings. With such dense
+    scatterers, waves would not scatter at them one by one; far more often, the unit is wrong."""
     flights = int(records.scatterings.sum()) + len(records.particle)
     mean = float(records.optical_length.sum()) / max(flights, 1)
     longest = float(np.max(wavelength))
@@ -90,7 +95,8 @@ def doubt(wavelength: ArrayLike, records: Records) -> None:
 
 
 def seconds(values: ArrayLike, name: str, which: str, least: float = 0.0) -> Doubles:
-    """Times in one row, at least ``least``: those ``which`` are right."""
+    """Checks times in one row, at least ``least``; ``which`` describes valid times in the
+    message."""
     times = np.atleast_1d(numbers(values, name))
     if times.ndim != 1 or not np.all(np.isfinite(times) & (times >= least)):
         raise ValueError(f"{name} are {which} in one row")
@@ -98,14 +104,15 @@ def seconds(values: ArrayLike, name: str, which: str, least: float = 0.0) -> Dou
 
 
 def recorded(records: Any) -> None:
-    """Refuses what are no records."""
+    """Raises an error unless the argument is :class:`Records`."""
     if not isinstance(records, Records):
         found = type(records).__name__
         raise TypeError(f"expected Records, found {found}: take one from the records of a result, or morgana.Records.load")
 
 
 def taken(records: Any, where: Optional[ArrayLike]) -> Records:
-    """The records that count, all if nobody chooses; refuses what are no records."""
+    """Returns the selected records, or all; raises an error unless the argument is
+    :class:`Records`."""
     recorded(records)
     which = chosen(where, len(records.particle))
     columns = {name: of[which] for name, of in records._asdict().items() if name not in WHOLE and of is not None}

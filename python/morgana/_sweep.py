@@ -24,40 +24,45 @@ Source = Union[str, Dict[str, Any]]
 
 @comparable
 class Sweep(NamedTuple):
-    """What :func:`sweep` returns. All arrays begin with one axis for each parameter that was varied, in their order."""
+    """Result of :func:`sweep`.
+
+    All arrays begin with one axis per varied parameter, in their order."""
 
     parameters: Dict[str, NDArray[Any]]
-    """The values of each parameter that was varied."""
+    """Values of each varied parameter."""
     mean: Dict[str, Doubles]
-    """Means by the names of quantities: ``image`` of a picture and the names of its ``Result.layers``, or those of ``Result.meters`` if the scene
-    has meters."""
+    """Means by the names of quantities: ``image`` of a picture and the names of its
+    ``Result.layers``, or the names of ``Result.meters`` if the scene has meters."""
     error: Dict[str, Doubles]
     """Standard errors of the means, of the same shapes."""
     few: Dict[str, NDArray[np.bool_]]
-    """Where the errors cannot be trusted, of the same shapes: see ``Result.few``."""
+    """Mask of the unreliable errors, of the same shapes: see ``Result.few``."""
     axes: Dict[str, Dict[str, Optional[Doubles]]]
-    """For each quantity the axes after those of the parameters, with the edges of their bins if they have such, and the same in all runs."""
+    """Axes of each quantity after those of the parameters, with the edges of their bins. ``None``
+    without edges, or if the edges differ between runs."""
     stats: NDArray[np.object_]
-    """What happened in each run: see ``Result.stats``."""
+    """Statistics of each run: see ``Result.stats``."""
     units: Dict[str, str]
-    """For each reading of a meter its unit, as ``Reading.unit``; empty for pictures."""
+    """Unit of each reading of a meter, as ``Reading.unit``; empty for pictures."""
     channels: Dict[str, List[str]]
-    """For each quantity the names of its channels, as ``Result.channels`` and ``Layer.channels``; empty if runs differ in them."""
+    """Names of the channels of each quantity, as ``Result.channels`` and ``Layer.channels``; empty
+    if runs differ in them."""
 
     def __repr__(self) -> str:
         varied = ", ".join(f"{len(values)} values of {name}" for name, values in self.parameters.items())
         return f"<morgana.Sweep over {varied}: {', '.join(self.mean)}>"
 
     def to_xarray(self) -> Any:
-        """Make an ``xarray.Dataset`` of the same.
+        """Convert to an ``xarray.Dataset``.
 
         Returns
         -------
         xarray.Dataset
-            A variable for each quantity, and one with ``_error`` after its name; ``attrs["units"]`` is the unit of a reading. The
-            coordinates are the parameters, the middles of bins and the names of channels. An axis whose bins or channels differ between
-            quantities, or that has the name of a parameter, has the name of the meter or quantity in front: ``near.z``. A parameter that has
-            the name of a quantity is ``parameters.NAME``.
+            A variable for each quantity, and one with the suffix ``_error``; ``attrs["units"]`` is
+            the unit of a reading. The coordinates are the parameters, the centres of bins and the
+            names of channels. An axis has the name of its meter or quantity as prefix, as in
+            ``near.z``, if its bins or channels differ between quantities, or if a parameter has its
+            name. A parameter with the name of a quantity becomes ``parameters.NAME``.
 
         Raises
         ------
@@ -78,7 +83,8 @@ class Sweep(NamedTuple):
         return xarray.Dataset(variables, {**parameters, **coordinates})
 
     def _dimensions(self, taken: Set[str]) -> Tuple[Dict[str, List[str]], Dict[str, Sequence[Any]]]:
-        """For each quantity the names of its dimensions after those of the parameters, none of them ``taken``; and their coordinates."""
+        """Returns the names of the dimensions of each quantity after those of the parameters, none
+        of them in ``taken``, and the coordinates of the dimensions."""
         kinds: Dict[str, Dict[_Bins, List[str]]] = {}
         for name, axes in self.axes.items():
             for axis in axes:
@@ -96,7 +102,7 @@ class Sweep(NamedTuple):
         return {name: [found[name, axis] for axis in axes] for name, axes in self.axes.items()}, coordinates
 
     def _bins(self, name: str, axis: str) -> _Bins:
-        """Those of an axis of a quantity."""
+        """Returns the bins of an axis of a quantity."""
         size = self.mean[name].shape[len(self.parameters) + list(self.axes[name]).index(axis)]
         edges = self.axes[name][axis]
         if edges is not None:
@@ -106,23 +112,24 @@ class Sweep(NamedTuple):
 
 
 class _Bins(NamedTuple):
-    """What an axis tells apart: two axes with the same are one dimension."""
+    """Bins of an axis. Axes with equal bins share a dimension."""
 
     size: int
     coordinate: Tuple[Any, ...] = ()
-    """Middles of bins, or names of channels."""
+    """Centres of bins, or names of channels."""
     edges: Tuple[float, ...] = ()
 
 
 def _own(axis: str, quantity: str, taken: Set[str]) -> str:
-    """A name for the axis of a quantity, with that of its meter in front if this is free."""
+    """Returns a name for the axis of a quantity, with the prefix of its meter if that name is free,
+    else of the quantity."""
     meter = quantity.rpartition(".")[0]
     name = f"{meter}.{axis}"
     return name if meter and name not in taken else f"{quantity}.{axis}"
 
 
 class _Point(NamedTuple):
-    """What one run brings back."""
+    """Results of one run."""
 
     mean: Dict[str, Doubles]
     error: Dict[str, Doubles]
@@ -158,7 +165,7 @@ class _Point(NamedTuple):
 
 
 def _axes(name: str, layer: Layer, channels: List[str]) -> Dict[str, Optional[Doubles]]:
-    """Axes of a layer, whose channels are those of the picture or its own."""
+    """Returns the axes of a layer. It has the channels of the picture, or its own."""
     return {"row": None, "column": None, "channel" if layer.channels == channels else f"{name}.channel": None}
 
 
@@ -170,38 +177,38 @@ def sweep(
     fixed: Optional[Mapping[str, Define]] = None,
     **options: Any,
 ) -> Sweep:
-    """Render a scene, or measure if it has meters, for all combinations of values of its parameters.
+    """Render a scene, or measure if it has meters, for all combinations of parameter values.
 
-    All runs have the same seed, so that their noise is alike and differences between them are known better than their errors
-    say.
+    All runs have the same seed, so that their noise is correlated: differences between runs are
+    more accurate than their errors suggest.
 
     Parameters
     ----------
     scene : path_like or mapping
         A scene file, or a dictionary as for :func:`morgana.load_dict`.
     parameters : mapping of str to sequence
-        For each parameter that is varied (``<default>`` or ``"parameters"``), its values, at least one.
+        Values, at least one, of each varied parameter (``<default>`` or ``"parameters"``).
     executor : optional
-        Has ``submit`` as in :mod:`concurrent.futures`; its workers take the runs. Without one, they are taken here, one after
-        another.
+        Executor with ``submit`` as in :mod:`concurrent.futures`, which distributes the runs.
+        Without one, the runs take place here, in sequence.
     fixed : mapping, optional
-        Values for other parameters of the scene.
+        Values of other parameters of the scene.
     **options
         As for :func:`morgana.render`: ``spp``, ``particles``, ``seed``, ``integrator``, ``time``, ``threads``.
 
     Returns
     -------
     Sweep
-        Means and errors, whose first axes are the parameters.
+        Means and errors, with the parameters as first axes.
 
     Raises
     ------
     RenderError
-        Nothing to vary, or runs whose results have different shapes.
+        No parameter to vary, or runs whose results have different shapes.
     SceneError
         A scene that cannot be used with some of the values.
     KeyboardInterrupt
-        Ctrl-C; runs that were complete are lost.
+        Ctrl-C. Results of complete runs are lost.
 
     Examples
     --------
@@ -245,7 +252,7 @@ def _by_workers(executor: Any, source: Source, runs: List[Dict[str, Define]], op
 
 
 def _run(source: Source, parameters: Dict[str, Define], options: Dict[str, Any]) -> _Point:
-    """One run; what workers do."""
+    """Performs one run, on a worker."""
     load: Any = load_dict if isinstance(source, dict) else load_file
     result = render(load(source, **parameters), **options)
     if result.stopped == "interrupted":

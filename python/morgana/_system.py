@@ -1,4 +1,5 @@
-"""Media and surfaces that rays go through, and the names of their parameters: see :class:`morgana.grad.System`."""
+"""Media and surfaces that rays pass, and the names of their parameters: see
+:class:`morgana.grad.System`."""
 
 from __future__ import annotations
 
@@ -16,73 +17,81 @@ from ._values import comparable
 Doubles = NDArray[np.float64]
 Vector = Tuple[float, float, float]
 Element = Tuple[Vector, Vector, Tuple[float, float, float, float], Optional[float]]
-"""Point, unit axis and form (α, β, γ, δ) of α|d|² + βz² + γz + δ = 0, and the radius of an opening, as the compiled part takes them."""
+"""Surface for the compiled part: a point, a unit axis, a form (α, β, γ, δ) of α|d|² + βz² + γz + δ
+= 0, and the radius of an opening."""
 
 ROWS = 10
-"""Numbers of a surface there: point, axis, form."""
+"""Numbers of a surface in derivatives of the compiled part: point, axis, form."""
 
 
 class GradError(Error, ValueError):
-    """Rays that cannot be followed, or derivatives that cannot be taken, as they were asked for."""
+    """Rays or derivatives that cannot be computed as requested."""
 
 
 @comparable
 class Plane(NamedTuple):
-    """A plane: a surface of a :class:`System`, or where rays end, whichever side they come from."""
+    """Plane: a surface of a :class:`System`, or the exit of rays.
+
+    Rays may arrive from either side."""
 
     point: ArrayLike
-    """A point of it, (3,), in scene units."""
+    """A point of the plane, (3,), in scene units."""
     normal: ArrayLike
-    """Its normal, (3,), of any length but zero."""
+    """Normal of the plane, (3,), of any nonzero length."""
 
 
 @comparable
 class Sphere(NamedTuple):
-    """A sphere, which rays meet where they first come to it: from inside on its far side."""
+    """Sphere. A ray meets it at the first intersection; from inside, on the far side."""
 
     center: ArrayLike
-    """Its centre, (3,), in scene units."""
+    """Centre of the sphere, (3,), in scene units."""
     radius: float
-    """In scene units, > 0."""
+    """Radius, in scene units, > 0."""
 
 
 @comparable
 class Cylinder(NamedTuple):
-    """An infinite circular cylinder, which rays meet where they first come to it."""
+    """Infinite circular cylinder. A ray meets it at the first intersection."""
 
     point: ArrayLike
-    """A point of its axis, (3,), in scene units."""
+    """A point of the axis, (3,), in scene units."""
     axis: ArrayLike
-    """The direction of its axis, (3,), of any length but zero."""
+    """Direction of the axis, (3,), of any nonzero length."""
     radius: float
-    """In scene units, > 0."""
+    """Radius, in scene units, > 0."""
 
 
 @comparable
 class Conic(NamedTuple):
-    """A surface of a lens, z = cρ²/(1 + √(1 − (1 + k)c²ρ²)) with z along the axis from the vertex and ρ the distance from it."""
+    """Conic surface of a lens, z = cρ²/(1 + √(1 − (1 + k)c²ρ²)).
+
+    z is the position along the axis from the vertex, and ρ the distance from the axis."""
 
     vertex: ArrayLike
-    """Where it meets its axis, (3,), in scene units."""
+    """Intersection of the surface with its axis, (3,), in scene units."""
     axis: ArrayLike
-    """The direction of its axis, (3,), of any length but zero."""
+    """Direction of the axis, (3,), of any nonzero length."""
     curvature: float
-    """c, per scene unit: one over the radius, > 0 if the centre lies along the axis; 0 for a plane."""
+    """Curvature c, per scene unit: one over the radius, > 0 if the centre lies along the axis; 0
+    for a plane."""
     conic: float = 0.0
-    """k: 0 for a sphere, −1 for a paraboloid."""
+    """Conic constant k: 0 for a sphere, −1 for a paraboloid."""
 
 
 @comparable
 class Aperture(NamedTuple):
-    """An opening in an opaque plane, within one medium. Rays that meet the plane elsewhere have no end. It has no parameters: which rays
-    pass jumps."""
+    """Opening in an opaque plane, within one medium.
+
+    Rays that meet the plane outside the opening have no end. An aperture has no parameters, because
+    the set of rays that pass changes discontinuously."""
 
     center: ArrayLike
-    """The middle of the opening, (3,), in scene units."""
+    """Centre of the opening, (3,), in scene units."""
     normal: ArrayLike
-    """The normal of the plane, (3,), of any length but zero."""
+    """Normal of the plane, (3,), of any nonzero length."""
     radius: float
-    """That of the opening, in scene units, > 0."""
+    """Radius of the opening, in scene units, > 0."""
 
 
 Surface = Union[Plane, Sphere, Cylinder, Conic, Aperture]
@@ -91,10 +100,11 @@ Medium = Union[float, Field, ArrayLike]
 
 @comparable
 class System(NamedTuple):
-    """Media between surfaces that rays meet one after another, as in a lens.
+    """Media between surfaces that rays meet in sequence, as in a lens.
 
-    Rays start in the first medium, meet all surfaces in the order of the list, refract there by Snell's law, and end on the ``exit`` behind the last.
-    A ball is its sphere twice: where rays enter, and where they leave.
+    Rays start in the first medium, meet all surfaces in the order of the list, refract there by
+    Snell's law, and end on the ``exit`` behind the last surface. A ball is two equal spheres in the
+    list: one for entering rays, one for leaving rays.
 
     Examples
     --------
@@ -106,14 +116,17 @@ class System(NamedTuple):
     """
 
     media: Sequence[Medium]
-    """Before, between and behind the surfaces: one more than there are surfaces, apertures not counted. Each an index, a :class:`morgana.Field`, or
-    samples of n [z, y, x], which fill the ``box`` of the rays."""
+    """Media before, between and behind the surfaces: one more than there are surfaces, not counting
+    apertures. Each is an index, a :class:`morgana.Field`, or samples of n [z, y, x], which fill the
+    ``box`` of the rays."""
     surfaces: Sequence[Surface]
-    """:class:`Plane`, :class:`Sphere`, :class:`Cylinder`, :class:`Conic`, :class:`Aperture`."""
+    """Surfaces: :class:`Plane`, :class:`Sphere`, :class:`Cylinder`, :class:`Conic`,
+    :class:`Aperture`."""
 
 
 class Layout:
-    """What rays go through, checked, with the names of its parameters and their places in one vector."""
+    """Checked media and surfaces, with the names of their parameters and the positions of these in
+    one vector."""
 
     def __init__(self, index: Union[Medium, System], has_box: bool) -> None:
         self.of_system = isinstance(index, System)
@@ -134,17 +147,17 @@ class Layout:
 
     @property
     def through(self) -> Tuple[List[Any], Optional[List[Element]]]:
-        """As the compiled part takes it."""
+        """Media and surfaces for the compiled part."""
         return self.media, self.elements
 
     @property
     def shape(self) -> Tuple[int, ...]:
-        """Of derivatives: that of samples, or (parameters,)."""
+        """Shape of derivatives: the shape of the samples, or (parameters,)."""
         alone = None if self.of_system else self.media[0]
         return alone.shape if isinstance(alone, np.ndarray) else (sum(value.size for value in self.parameters().values()),)
 
     def parameters(self) -> Dict[str, Doubles]:
-        """Names and values, in their order."""
+        """Returns the names and values of the parameters, in order."""
         found = {}
         for i, medium in enumerate(self.media):
             prefix = f"media[{i}]" if self.of_system else ""
@@ -157,21 +170,22 @@ class Layout:
         return found
 
     def named(self, vector: Doubles) -> Dict[str, Doubles]:
-        """Parts of a vector of numbers for all parameters, by their names and in their shapes."""
+        """Splits a vector of numbers for all parameters by their names, in their shapes."""
         values = self.parameters()
         ends = np.cumsum([value.size for value in values.values()])
         parts = np.split(vector.ravel(), ends[:-1]) if values else []
         return {name: part.reshape(value.shape) for (name, value), part in zip(values.items(), parts)}
 
     def gathered(self, media: Sequence[Doubles], surfaces: Doubles) -> Doubles:
-        """Derivatives by all parameters, in their order, from those that the compiled part gives."""
+        """Converts derivatives of the compiled part to derivatives by all parameters, in order."""
         parts = [by.ravel() for by in media]
         for jacobian, by in zip(self.jacobians, surfaces):
             parts.extend(matrix.T @ by for matrix in jacobian.values())
         return np.concatenate(parts).reshape(self.shape) if parts else np.zeros(self.shape)
 
     def change(self, of: Union[None, ArrayLike, Mapping[str, ArrayLike]]) -> Tuple[List[Doubles], Doubles]:
-        """A change of parameters as the compiled part takes it: of each medium, and of each surface."""
+        """Converts a change of parameters for the compiled part: changes of each medium, and of
+        each surface."""
         vector = self._vector(of)
         values = self.named(vector)
         sizes = [sum(value.size for _, value in m._parameters()) if isinstance(m, Field) else np.asarray(m).size for m in self.media]
@@ -205,7 +219,7 @@ class Layout:
 
 
 def unit(vector: ArrayLike, what: str) -> Tuple[Doubles, Doubles]:
-    """A unit vector, and its derivatives by the vector as it was given, (3, 3)."""
+    """Returns a unit vector, and its derivatives by the given vector, (3, 3)."""
     given = finite(vector, what)
     length = float(np.linalg.norm(given))
     if length == 0:
@@ -215,7 +229,7 @@ def unit(vector: ArrayLike, what: str) -> Tuple[Doubles, Doubles]:
 
 
 def finite(vector: ArrayLike, what: str) -> Doubles:
-    """Three finite numbers."""
+    """Returns three finite numbers, or raises an error."""
     given = numbers(vector, what)
     if given.shape != (3,) or not np.isfinite(given).all():
         raise GradError(f"{what} is {given.tolist()} but must be three finite numbers")
@@ -223,13 +237,13 @@ def finite(vector: ArrayLike, what: str) -> Doubles:
 
 
 def check_starts(origins: Tuple[int, ...], directions: Tuple[int, ...]) -> None:
-    """Refuses origins and directions of rays by their shapes."""
+    """Raises an error if the shapes of origins and directions of rays do not match."""
     if len(origins) != 2 or origins[1] != 3 or directions not in (origins, (3,)):
         raise GradError(f"origins have the shape {origins} and directions {directions}: give (rays, 3) of both, or one direction of shape (3,)")
 
 
 def check_samples(shape: Tuple[int, ...], what: str, has_box: bool) -> None:
-    """Refuses samples of an index by their shape."""
+    """Raises an error if samples of an index have a wrong shape or no box."""
     if len(shape) != 3:
         raise GradError(f"{what} must be a Field or an array [z, y, x] of samples, but has the shape {shape}")
     if not has_box:
@@ -237,7 +251,7 @@ def check_samples(shape: Tuple[int, ...], what: str, has_box: bool) -> None:
 
 
 def triple(vector: Doubles) -> Vector:
-    """The same for the compiled part."""
+    """Converts a vector for the compiled part."""
     x, y, z = (float(v) for v in vector)
     return x, y, z
 
@@ -259,7 +273,8 @@ def _medium(medium: Any, what: str, has_box: bool) -> Union[float, Field, Double
 
 
 def _quadric(surface: Any, what: str) -> Tuple[Element, Dict[str, Doubles]]:
-    """A surface as the compiled part takes it, and the derivatives of these numbers by each of its parameters, (10, numbers)."""
+    """Converts a surface for the compiled part, and returns the derivatives of its numbers by each
+    parameter, (10, numbers)."""
 
     def of_point(matrix: Doubles) -> Doubles:
         return np.vstack([matrix, np.zeros((7, 3))])

@@ -1,4 +1,4 @@
-"""Tagged light: what ultrasound does to the phases of light (docs/theory.md#tagged-light)."""
+"""Tagged light: phase modulation of light by ultrasound (docs/theory.md#tagged-light)."""
 
 from __future__ import annotations
 
@@ -22,27 +22,32 @@ if TYPE_CHECKING:
 Doubles = NDArray[np.float64]
 Floats = NDArray[np.float32]
 MOST_ORDERS = 100
-"""The last sideband that may be asked for."""
+"""Largest order of a sideband."""
 LARGEST = 1e12
-"""Phase in radians that numbers in double precision know to 1e-4."""
+"""Largest phase, in radians: double precision resolves it to 1e-4."""
 
 
 @comparable
 class Sidebands(NamedTuple):
-    """The power of light by its shift in frequency, a multiple of that of the sound. All errors are standard errors among particles."""
+    """Power of light by frequency shift, a multiple of the frequency of the sound.
+
+    All errors are standard errors over particles."""
 
     mean: Doubles
-    """I_m, (orders + 1, channels): the power that is not shifted, then that of one sideband of order m = 1, 2, …; that of −m is the same."""
+    """Power I_m, (orders + 1, channels): the unshifted power, then the power of one sideband of
+    order m = 1, 2, …. The sideband of order −m has the same power."""
     error: Doubles
-    """Its standard error."""
+    """Standard error of ``mean``."""
     total: Doubles
-    """Power of all of them together, (channels,): I_0 + 2 Σ I_m over all m ≥ 1, whatever ``orders``."""
+    """Power of the carrier and all sidebands, (channels,): I_0 + 2 Σ I_m over all m ≥ 1, regardless
+    of ``orders``."""
     total_error: Doubles
-    """Its standard error."""
+    """Standard error of ``total``."""
     depth: Doubles
     """Modulation depth I_1/I_0, (channels,)."""
     depth_error: Doubles
-    """Its standard error: less than that of I_1, as both have the same particles."""
+    """Standard error of ``depth``. It is smaller than the error of I_1, because I_0 and I_1 come
+    from the same particles."""
 
     def __repr__(self) -> str:
         return f"<morgana.correlation.Sidebands up to order {len(self.mean) - 1}>"
@@ -50,12 +55,13 @@ class Sidebands(NamedTuple):
 
 @comparable
 class ModulationDepth(NamedTuple):
-    """The modulation depth I₁/I₀ of tagged light in pixels, cells or bins."""
+    """Modulation depth I₁/I₀ of tagged light in pixels, cells or bins."""
 
     mean: Doubles
-    """I₁/I₀; NaN where there is no light."""
+    """Modulation depth I₁/I₀; NaN where there is no light."""
     error: Doubles
-    """An upper bound of its standard error: that of I₀ and I₁ if they had the worst correlation. The same paths make both."""
+    """Upper bound of the standard error of ``mean``: it assumes the worst correlation of I₀ and I₁,
+    which come from the same paths."""
 
     def __repr__(self) -> str:
         shape = " × ".join(map(str, self.mean.shape))
@@ -63,25 +69,29 @@ class ModulationDepth(NamedTuple):
 
 
 def modulation_depth(light: Union[Mapping[str, Layer], Mapping[str, Floats], Reading], prefix: str = "") -> ModulationDepth:
-    """The modulation depth of a picture by the integrator ``tagged``, or of what a meter tells apart.
+    """Modulation depth of a picture or of a meter's reading.
+
+    The picture is by the integrator ``tagged``, and the reading has separate sidebands.
 
     Parameters
     ----------
     light : mapping of Layer or of array, or Reading
-        ``layers`` of a picture, also of an EXR file that :func:`morgana.read` has read; or a reading with an axis ``order``, such as
-        ``meters["fluence_sidebands"]``, also of an NPZ file by :meth:`morgana.Reading.load`.
+        ``layers`` of a picture, also of an EXR file that :func:`morgana.read` has read; or a
+        reading with an axis ``order``, such as ``meters["fluence_sidebands"]``, also from an NPZ
+        file by :meth:`morgana.Reading.load`.
     prefix : str
-        For a picture with a decomposition, what comes before ``carrier`` in names of layers, such as ``"length.0012."``.
+        Prefix of ``carrier`` in names of layers, for a picture with a decomposition, such as
+        ``"length.0012."``.
 
     Returns
     -------
     ModulationDepth
-        Of the shape of the layers, or of the reading without its orders.
+        Modulation depths, of the shape of the layers, or of the reading without its axis ``order``.
 
     Raises
     ------
     ValueError
-        Light that is not told apart by sidebands up to the first.
+        Light without separate sidebands up to the first.
 
     Examples
     --------
@@ -96,7 +106,7 @@ def modulation_depth(light: Union[Mapping[str, Layer], Mapping[str, Floats], Rea
 
 
 def _first_orders(light: Union[Mapping[str, Layer], Mapping[str, Floats], Reading], prefix: str) -> list[tuple[Doubles, Doubles]]:
-    """Means and errors of the carrier and of the first sideband."""
+    """Returns means and errors of the carrier and of the first sideband."""
     if isinstance(light, Mapping):
         names = [prefix + name for name in ("carrier", "sideband.1")]
         if not all(name in light for name in names):
@@ -112,23 +122,25 @@ def _first_orders(light: Union[Mapping[str, Layer], Mapping[str, Floats], Readin
 
 
 def tagged(records: Records, *, wavelength: ArrayLike, orders: int = 1, where: Optional[ArrayLike] = None) -> Sidebands:
-    """The power that sound shifts to sidebands of recorded light: I_m = E[w J_m(|Φ|)²].
+    """Power that sound shifts to sidebands of recorded light: I_m = E[w J_m(|Φ|)²].
 
-    A record of weight w has the phase Re(Φ e^{iωt}), with the modulation of its optical length times 2π over the wavelength. Static phases
-    of different paths are taken to be independent, as they are in scattered light.
+    A record of weight w has the phase Re(Φ e^{iωt}): the modulation of its optical length times 2π
+    over the wavelength. Static phases of different paths are taken as independent, which holds for
+    scattered light.
 
     Parameters
     ----------
     records : Records
-        Records of a meter that is ``tagged``.
+        Records of a ``tagged`` meter.
     wavelength : array_like
-        Wavelength in vacuum, > 0, in scene units: one number, or one for each channel. A :class:`morgana.SceneWarning`
-        tells where it is longer than the mean optical length between scatterings, as it is in a wrong unit: 532 nm are 532e-6 in a scene of
-        millimetres.
+        Wavelength in vacuum, > 0, in scene units: one number, or one for each channel. In a scene
+        in millimetres, 532 nm are 532e-6. A :class:`morgana.SceneWarning` warns if the wavelength
+        exceeds the mean optical length between scatterings, which suggests a wrong unit.
     orders : int
-        The last order m that is wanted, 1 to 100.
+        Largest order m, 1 to 100.
     where : array_like of bool, optional
-        Which records count, (n,): such as those of a time gate, or of light that leaves, ``records.side == 0``.
+        Mask of the records to use, (n,): for instance the records of a time gate, or of light that
+        leaves, ``records.side == 0``.
 
     Returns
     -------
@@ -138,8 +150,8 @@ def tagged(records: Records, *, wavelength: ArrayLike, orders: int = 1, where: O
     Raises
     ------
     ValueError
-        Records without modulations, a number out of range, modulations that are not known, phases of more than 1e12 radians,
-        or ``where`` that is no row of truths for each record.
+        Records without modulations, a number out of range, unknown modulations, phases of more than
+        1e12 radians, or a ``where`` that is not one bool for each record.
 
     Examples
     --------
@@ -163,18 +175,18 @@ def tagged(records: Records, *, wavelength: ArrayLike, orders: int = 1, where: O
 def correlate_tagged(
     records: Records, delays: ArrayLike, *, wavelength: ArrayLike, frequency: float, where: Optional[ArrayLike] = None
 ) -> Correlation:
-    """The field autocorrelation of recorded light in sound: G₁(τ) = E[w J₀(2|Φ| sin(ωτ/2))].
+    """Field autocorrelation of recorded light in sound: G₁(τ) = E[w J₀(2|Φ| sin(ωτ/2))].
 
     Parameters
     ----------
     records : Records
-        Records of a meter that is ``tagged``.
+        Records of a ``tagged`` meter.
     delays : array_like
         Delays τ in seconds, (n,), ≥ 0.
     wavelength : array_like
         As in :func:`tagged`.
     frequency : float
-        That of the sound in Hz, > 0.
+        Frequency of the sound in Hz, > 0.
     where : array_like of bool, optional
         As in :func:`tagged`.
 
@@ -186,7 +198,7 @@ def correlate_tagged(
     Raises
     ------
     ValueError
-        As :func:`tagged`.
+        As for :func:`tagged`.
 
     Examples
     --------
@@ -211,7 +223,7 @@ def correlate_tagged(
 
 
 def _phases(records: Records, wavelength: ArrayLike) -> Doubles:
-    """|Φ| by record and channel."""
+    """Returns |Φ| by record and channel."""
     if records.index_modulation is None or records.displacement_modulation is None:
         raise ValueError("the records do not say what sound does: set 'tagged' of their meter")
     channels = records.weight.shape[1]
@@ -228,5 +240,5 @@ def _phases(records: Records, wavelength: ArrayLike) -> Doubles:
 
 
 def _sums(records: Records, weight: Doubles) -> Doubles:
-    """Sums of weights over the records of each particle, (particles, channels)."""
+    """Returns sums of weights over the records of each particle, (particles, channels)."""
     return by_particle(records._replace(weight=weight), np.ones((len(records.particle), 1)))[:, 0]

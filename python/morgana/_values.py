@@ -1,4 +1,4 @@
-"""Values that hold arrays: whether they are equal, and no arithmetic of tuples."""
+"""Comparison of values that contain arrays, and no arithmetic of tuples."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ Tuple_ = TypeVar("Tuple_", bound=Tuple[Any, ...])
 
 
 def alike(a: Any, b: Any) -> bool:
-    """Whether two values are equal, bit for bit in arrays, where NaN equals NaN. Looks into tuples, lists and mappings."""
+    """True if two values are equal. Arrays are compared bit for bit, but NaN equals NaN. Compares
+    tuples, lists and mappings by their items."""
     if isinstance(a, np.ndarray) or isinstance(b, np.ndarray):
         a, b = np.asarray(a), np.asarray(b)
         return bool(np.array_equal(a, b, equal_nan=a.dtype.kind in "fc" and b.dtype.kind in "fc"))
@@ -22,9 +23,10 @@ def alike(a: Any, b: Any) -> bool:
 
 
 def comparable(cls: Type[Tuple_]) -> Type[Tuple_]:
-    """Lets ``==`` compare the arrays in a named tuple, of which plain tuples can make no sense, and refuses ``*`` and ``+``.
+    """Makes ``==`` compare the arrays in a named tuple, and makes ``*`` and ``+`` raise an error.
 
-    Plain tuples would repeat or join their fields, where one means the arrays.
+    Plain tuples cannot compare arrays, and would repeat or join their fields instead of computing
+    with the arrays.
     """
 
     def equal(self: Any, other: object) -> Any:
@@ -39,7 +41,7 @@ def comparable(cls: Type[Tuple_]) -> Type[Tuple_]:
 
     methods: Dict[str, Any] = {"__eq__": equal, "__ne__": unequal, "__hash__": None}
     methods.update(dict.fromkeys(["__add__", "__radd__", "__mul__", "__rmul__"], refuse))
-    # Lets arrays of NumPy leave arithmetic to these methods.
+    # Make NumPy arrays leave arithmetic to these methods.
     methods["__array_ufunc__"] = None
     for name, method in methods.items():
         setattr(cls, name, method)

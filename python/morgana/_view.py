@@ -16,13 +16,14 @@ Shown = Union[str, "os.PathLike[str]", Result, Image]
 
 
 class View:
-    """A page that shows images, readings and scenes; what :func:`morgana.view` returns.
+    """A page that shows images, readings and scenes: the result of :func:`morgana.view`.
 
-    In a notebook it shows the page in a frame. The page is served as long as this exists, to programs of this machine.
+    In a notebook, this object shows the page in a frame. The page is served while this object
+    exists, to programs on this machine.
     """
 
     address: str
-    """The page's address, with the token without which nothing is served."""
+    """Address of the page, with the token that every request needs."""
 
     def __init__(self, viewer: _morgana.Viewer, height: int) -> None:
         self.address = viewer.address
@@ -30,7 +31,7 @@ class View:
         self._height = height
 
     def close(self) -> None:
-        """End the page."""
+        """Stop serving the page."""
         self._viewer.close()
 
     def __repr__(self) -> str:
@@ -43,33 +44,33 @@ class View:
 def view(*shown: Shown, height: int = 640, **parameters: Define) -> View:
     """Show results, images and files on a page in the browser, or in a notebook.
 
-    The page is the one of ``morgana view``: values with their errors, comparisons, profiles, slices of readings, and scenes with
-    curved rays. It shows what was there when it was made.
+    The page is that of ``morgana view``: values with their errors, comparisons, profiles, slices of
+    readings, and scenes with curved rays. It shows the state at the time of this call.
 
     Parameters
     ----------
     *shown : Result, Image or path_like
-        What to show: results, images, and files of images, readings of meters and other arrays (``.npz``, ``.npy``, ``.h5``, ``.mat``),
-        volumes and scenes.
+        Results, images, and files of images, readings of meters and other arrays (``.npz``,
+        ``.npy``, ``.h5``, ``.mat``), volumes and scenes.
     height : int, optional
         Height of the frame in a notebook, in pixels.
     **parameters : str, float or bool
-        Parameters that a scene file declares.
+        Values of parameters that a scene file declares.
 
     Returns
     -------
     View
-        Shows the page in a notebook; its ``address`` opens in a browser on this machine, until ``close()`` or until it is
-        forgotten.
+        Object that shows the page in a notebook. Its ``address`` opens in a browser on this
+        machine, until ``close()`` or until the object is deleted.
 
     Raises
     ------
     FileError
         A file that cannot be read.
-    SceneError
+    A scene file with errors.
         A scene file with mistakes.
     RenderError
-        Nothing to show.
+        No items to show.
 
     Examples
     --------
@@ -79,14 +80,14 @@ def view(*shown: Shown, height: int = 640, **parameters: Define) -> View:
     """
     if not shown:
         raise RenderError("nothing to show: give results, images or files")
-    # The page holds what it has read.
+    # Delete the files afterwards: the page keeps their content.
     with tempfile.TemporaryDirectory(prefix="morgana-view-") as folder:
         files = [_file(item, i, folder) for i, item in enumerate(shown)]
         return View(_morgana.Viewer(files, _defines(parameters)), height)
 
 
 def _file(item: Shown, number: int, folder: str) -> Tuple[str, str]:
-    """The name that the page shows, and the file."""
+    """Returns the name that the page shows, and the file."""
     if not isinstance(item, (Result, Image)):
         path = os.fspath(item)
         return os.path.basename(path), path

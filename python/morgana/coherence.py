@@ -1,10 +1,14 @@
-"""Low-coherence interferometry: what a reference arm of some length finds in recorded light, as optical coherence tomography does.
+"""Low-coherence interferometry of recorded light, as in optical coherence tomography.
 
-Light of a broad spectrum interferes with its reference only where both have travelled equally far. :func:`a_scan` finds the power of a
-meter's light (:class:`morgana.Records`), or of every pixel of a film that separates light by its length, that a reference of each length lets
-through; :func:`interferogram` the fringes of light whose ways are known one by one, such as those of :func:`morgana.trace`. Lengths are
-optical, ∫n ds, in scene units. Light of a broad spectrum travels by the group index n_g = n − λ dn/dλ: where media disperse, add
-n_g − n times the length in each medium (``Records.path_length``) to optical lengths, or give media the group index.
+Light of a broad spectrum interferes with its reference only where their optical lengths are equal.
+:func:`a_scan` computes the power that a reference of each length selects: from a meter's light
+(:class:`morgana.Records`), or from each pixel of a film that separates light by its length.
+:func:`interferogram` computes the fringes of light with known paths, such as the rays of
+:func:`morgana.trace`.
+
+Lengths are optical, ∫n ds, in scene units. Light of a broad spectrum travels by the group index n_g
+= n − λ dn/dλ. Where media disperse, add n_g − n times the length in each medium
+(``Records.path_length``) to optical lengths, or give media the group index.
 
 Theory: docs/theory.md#low-coherence-gating.
 
@@ -33,27 +37,30 @@ __all__ = ["AScan", "Source", "a_scan", "gaussian", "interferogram", "tabulated"
 Doubles = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 BLOCK = 1 << 22
-"""Differences of lengths that are held in memory at a time."""
+"""Number of length differences that are held in memory at a time."""
 LEAST = float(np.nextafter(0, 1))
-"""The smallest positive number."""
+"""Smallest positive number."""
 
 
 @comparable
 class Source(NamedTuple):
-    """The light of an interferometer; see :func:`gaussian` and :func:`tabulated`. Its spectrum is a line or a table, made wider by a bell."""
+    """Light source of an interferometer; see :func:`gaussian` and :func:`tabulated`.
+
+    The spectrum is a line or a table, convolved with a Gaussian."""
 
     wave_numbers: Doubles
-    """Wave numbers k = 2π/λ, (n,), ascending: of a line if there is one."""
+    """Wave numbers k = 2π/λ, (n,), ascending; a single one for a line."""
     density: Doubles
-    """Power per wave number, (n,), in any unit; between wave numbers it is linear."""
+    """Power per wave number, (n,), in any unit; linear between wave numbers."""
     spread: float
-    """Full width at half maximum, in wave numbers, of the Gaussian that makes the spectrum wider."""
+    """Full width at half maximum of the Gaussian, in wave numbers."""
     coherence_length: float
-    """Difference of lengths, from the middle, at which the envelope |γ| has fallen to one half. In depth, to which light goes and from
-    which it returns, the full width at half maximum is the same: the axial resolution in vacuum."""
+    """Length difference at which the envelope |γ| has fallen to one half. This is also the full
+    width at half maximum in depth, because light travels to a depth and back: the axial resolution
+    in vacuum."""
 
     def degree(self, difference: ArrayLike) -> Complexes:
-        """The complex degree of coherence γ by difference of optical lengths: 1 where there is none.
+        """Complex degree of coherence γ by difference of optical lengths; γ(0) = 1.
 
         Parameters
         ----------
@@ -62,7 +69,7 @@ class Source(NamedTuple):
 
         Returns
         -------
-        array
+        Degrees γ(Δ), of the same shape.
             γ(Δ), of the same shape.
         """
         delta = numbers(difference, "difference")
@@ -74,7 +81,7 @@ class Source(NamedTuple):
         mean, rise = (density[1:] + density[:-1]) / 2, np.diff(density) / 2
         result = np.zeros(delta.shape, complex)
         for h, m, a, b in zip(half, middle, mean, rise):
-            # ∫ (a + b t) e^{iΔ(m + h t)} h dt over t in [−1, 1].
+            # Integrate ∫ (a + b t) e^{iΔ(m + h t)} h dt over t in [−1, 1].
             x = h * delta
             result += 2 * h * np.exp(1j * m * delta) * (a * np.sinc(x / np.pi) + 1j * b * _bessel(x))
         return np.asarray(bell * result / np.sum(2 * half * mean))
@@ -85,34 +92,37 @@ class Source(NamedTuple):
 
 @comparable
 class AScan(NamedTuple):
-    """Light that interferes with a reference, by the reference's length and channel, and by the pixel of a film."""
+    """Light that interferes with a reference.
+
+    Values are by reference length and channel, and by pixel for a film."""
 
     lengths: Doubles
     """Optical lengths of the reference, (n,)."""
     mean: Doubles
-    """Light that the coherence gate lets through: power, (n, channels), in the unit of the records' weights; or radiance,
-    (n, height, width, channels), in that of the picture."""
+    """Light that the coherence gate selects. For records, power, (n, channels), in the unit of
+    their weights. For a film, radiance, (n, height, width, channels), in the unit of the
+    picture."""
     error: Doubles
-    """Its standard error, of the same shape: among particles, or among samples of a pixel."""
+    """Standard error of ``mean``, of the same shape: over particles, or over samples of a pixel."""
 
     def __repr__(self) -> str:
         return f"<morgana.coherence.AScan of {len(self.lengths)} lengths>"
 
 
 def gaussian(wavelength: float, width: float) -> Source:
-    """Light whose spectrum is Gaussian in wave number.
+    """Source with a Gaussian spectrum in wave number.
 
     Parameters
     ----------
     wavelength : float
         Centre λ in vacuum, > 0, in scene units.
     width : float
-        Full width Δλ at half maximum, > 0 and at most λ, in scene units: 2π Δλ/λ² in wave numbers.
+        Full width Δλ at half maximum, > 0 and at most λ, in scene units; 2π Δλ/λ² in wave numbers.
 
     Returns
     -------
     Source
-        With a coherence length of (2 ln 2/π) λ²/Δλ.
+        Source with the coherence length (2 ln 2/π) λ²/Δλ.
 
     Raises
     ------
@@ -132,7 +142,7 @@ def gaussian(wavelength: float, width: float) -> Source:
 
 
 def tabulated(wavelengths: ArrayLike, power: ArrayLike) -> Source:
-    """Light of a spectrum that has been measured, between whose points power is linear in wave number.
+    """Source with a measured spectrum, linear in wave number between its points.
 
     Parameters
     ----------
@@ -144,12 +154,13 @@ def tabulated(wavelengths: ArrayLike, power: ArrayLike) -> Source:
     Returns
     -------
     Source
-        Its degree of coherence has no aliases: each piece of the spectrum is integrated exactly.
+        Source with a degree of coherence without aliases: each piece of the spectrum is integrated
+        exactly.
 
     Raises
     ------
     ValueError
-        Wavelengths or powers that are no spectrum.
+        Wavelengths or powers that are not a spectrum.
 
     Examples
     --------
@@ -159,7 +170,7 @@ def tabulated(wavelengths: ArrayLike, power: ArrayLike) -> Source:
     nm, values = numbers(wavelengths, "wavelengths"), numbers(power, "power")
     if nm.ndim != 1 or nm.shape != values.shape or len(nm) < 2 or not np.all(np.isfinite(nm)) or nm[0] <= 0 or np.any(np.diff(nm) <= 0):
         raise ValueError("wavelengths and power are two rows of at least two numbers, wavelengths positive and ascending")
-    # Per wave number k = 2π/λ, ascending: |dλ/dk| ∝ λ².
+    # Convert to power per wave number k = 2π/λ, ascending: |dλ/dk| ∝ λ².
     k, density = 2 * np.pi / nm[::-1], (values * nm**2)[::-1]
     if not np.all(np.isfinite(density) & (density >= 0)) or not density.any():
         raise ValueError("power is finite, not negative, and not zero everywhere")
@@ -168,38 +179,44 @@ def tabulated(wavelengths: ArrayLike, power: ArrayLike) -> Source:
 
 
 def a_scan(light: Union[Records, Result, Image], lengths: ArrayLike, source: Source, *, where: Optional[ArrayLike] = None) -> AScan:
-    """The light that interferes with references of these lengths: an A-scan of each meter or pixel; a row of pixels makes a B-scan.
+    """Light that interferes with references of given lengths: an A-scan of each meter or pixel.
 
-    It is Σ w |γ(L − ℓ)|² over light of weight w and optical length ℓ: the mean, over speckle, of the squared envelope of the fringes,
-    without the power of the reference, of light whose paths have independent phases, in one polarisation and one mode of the detector.
-    Fringes of a mirror, whose light all has one phase, have the same squared envelope. The index does not depend on the wavelength within the spectrum.
+    The scan is Σ w |γ(L − ℓ)|² over light of weight w and optical length ℓ. It is the mean, over
+    speckle, of the squared envelope of the fringes, without the power of the reference. It holds
+    for light whose paths have independent phases, in one polarisation and one mode of the detector.
+    Fringes of a mirror, whose light all has one phase, have this squared envelope too. The index
+    does not depend on the wavelength within the spectrum. A row of pixels gives a B-scan.
 
-    Light of a film is taken as spread evenly within each bin of length, and light outside the bins as absent. Of tagged light all sidebands count,
-    of Stokes parameters S0. Errors of its bins are taken as independent: where one path brings light to several bins within a gate, they are a
-    little too small.
+    Light of a film is spread evenly within each bin of length; light outside the bins is ignored.
+    Of tagged light, all sidebands count; of Stokes parameters, S0. Errors of bins are taken as
+    independent: they are slightly too small if one path contributes to several bins within a gate.
 
     Parameters
     ----------
     light : Records, Result or Image
-        Records of the light; or a picture whose film has a ``decomposition`` by ``length`` or ``time``, as it was rendered, or of an EXR file
-        that :func:`morgana.read` has read, whose channels are in the order of the file.
+        Records of the light, or a picture whose film has a ``decomposition`` by ``length`` or
+        ``time``. The picture is a render, or an EXR file that :func:`morgana.read` has read; its
+        channels are in the order of the file.
     lengths : array_like
-        Optical lengths L of the reference, (n,): from the emitter to the meter or sensor, as those of the light.
+        Optical lengths L of the reference, (n,), measured like those of the light, from the emitter
+        to the meter or sensor.
     source : Source
-        The light.
+        The light source.
     where : array_like of bool, optional
-        Which records count, (n,): such as those of light that leaves, ``records.side == 0``.
+        Mask of the records to use, (n,): for instance records of light that leaves, ``records.side
+        == 0``.
 
     Returns
     -------
     AScan
-        The light by length, with its error.
+        The light by reference length, with its error.
 
     Raises
     ------
     ValueError
-        Lengths that are not finite numbers in a row, or beyond the bins of the film; a picture without bins of length, or with bins wider
-        than half of the coherence length, which hide what the gate resolves; ``where`` that is no row of truths for each record, or of a
+        Lengths that are not finite numbers in a row, or beyond the bins of the film. A picture
+        without bins of length, or with bins wider than half the coherence length, which hide what
+        the gate resolves. A ``where`` that is not one bool for each record, or is given for a
         picture.
 
     Examples
@@ -232,7 +249,7 @@ def a_scan(light: Union[Records, Result, Image], lengths: ArrayLike, source: Sou
 
 
 def _film_scan(film: Union[Result, Image], reference: Doubles, source: Source) -> AScan:
-    """The scan of each pixel."""
+    """Returns the scan of each pixel."""
     bins = bins_of(film)
     if bins is None:
         raise ValueError(
@@ -249,7 +266,7 @@ def _film_scan(film: Union[Result, Image], reference: Doubles, source: Source) -
         )
     if np.any((reference < edges[0]) | (reference > edges[-1])):
         raise ValueError(f"the film has light of the lengths {edges[0]:.4g} to {edges[-1]:.4g} only: take lengths within them, or other bounds of the film")
-    # Three of Gauss's nodes in each bin.
+    # Place three Gauss nodes in each bin.
     nodes, weights = np.polynomial.legendre.leggauss(3)
     places = (edges[1:] + edges[:-1])[:, None] / 2 + width / 2 * nodes
     gate = np.reshape([np.abs(source.degree(length - places)) ** 2 @ weights / 2 for length in reference], (len(reference), len(places)))
@@ -260,15 +277,16 @@ def _film_scan(film: Union[Result, Image], reference: Doubles, source: Source) -
 
 
 def _by_length(film: Union[Result, Image], bins: Bins) -> Tuple[Doubles, Doubles]:
-    """Means and their variances by bin and pixel, (bins, height, width, channels)."""
+    """Returns means and their variances by bin and pixel, (bins, height, width, channels)."""
     mean, variance = np.stack([np.sum([mean_and_variance(film.layers, name) for name in names], axis=0) for names in bins.layers], axis=1)
     return mean, variance
 
 
 def interferogram(lengths: ArrayLike, ways: ArrayLike, power: ArrayLike, source: Source, *, reference: float = 1.0) -> Doubles:
-    """The intensity where light that has gone some ways meets its reference: fringes in their envelopes.
+    """Intensity of light of given optical lengths with its reference: fringes in their envelopes.
 
-    All light has kept its phase: I = P + Σᵢⱼ √(pᵢ pⱼ) Re γ(ℓᵢ − ℓⱼ) + 2 √P Σᵢ √pᵢ Re γ(L − ℓᵢ). Mirrors' phases of half a wave are left out.
+    All light is coherent in phase: I = P + Σᵢⱼ √(pᵢ pⱼ) Re γ(ℓᵢ − ℓⱼ) + 2 √P Σᵢ √pᵢ Re γ(L − ℓᵢ).
+    Half-wave phase shifts of mirrors are not included.
 
     Parameters
     ----------
@@ -277,9 +295,9 @@ def interferogram(lengths: ArrayLike, ways: ArrayLike, power: ArrayLike, source:
     ways : array_like
         Optical lengths ℓ of the light, (m,).
     power : array_like
-        Powers p of the light on these ways, (m,) or one number, ≥ 0.
+        Powers p of the light of these lengths, (m,) or one number, ≥ 0.
     source : Source
-        The light.
+        The light source.
     reference : float
         Power P of the reference, ≥ 0.
 
@@ -312,7 +330,7 @@ def interferogram(lengths: ArrayLike, ways: ArrayLike, power: ArrayLike, source:
 
 
 def _fields(lengths: Doubles, ways: Doubles, amplitude: Doubles, source: Source) -> Doubles:
-    """Σⱼ aⱼ Re γ(L − ℓⱼ) for each length L, for a block of lengths at a time."""
+    """Returns Σⱼ aⱼ Re γ(L − ℓⱼ) for each length L, computed in blocks of lengths."""
     found, step = np.zeros(len(lengths)), max(1, BLOCK // max(len(ways), 1))
     for start in range(0, len(lengths), step):
         part = slice(start, start + step)
@@ -321,20 +339,21 @@ def _fields(lengths: Doubles, ways: Doubles, amplitude: Doubles, source: Source)
 
 
 def _bessel(x: Doubles) -> Doubles:
-    """The spherical Bessel function j₁."""
+    """Returns the spherical Bessel function j₁."""
     small = np.abs(x) < 1e-2
     safe = np.where(small, 1.0, x)
     return np.asarray(np.where(small, x / 3 - x**3 / 30, (np.sin(safe) / safe - np.cos(safe)) / safe))
 
 
 def _check(source: Any) -> None:
-    """Refuses what is no source."""
+    """Raises an error if ``source`` is not a :class:`Source`."""
     if not isinstance(source, Source):
         raise TypeError(f"source must be a Source, found {type(source).__name__}: make one by coherence.gaussian or coherence.tabulated")
 
 
 def _half(source: Source, scale: float) -> float:
-    """Where the envelope first falls to one half; it does, as the spectrum is no line."""
+    """Returns the difference at which the envelope first falls to one half. It always does, because
+    the spectrum is not a line."""
     while True:
         grid = np.linspace(0, 16 * scale, 8193)
         envelope = np.abs(source.degree(grid))

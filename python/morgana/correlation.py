@@ -1,12 +1,15 @@
-"""Correlation of laser light: how fast it fluctuates where its scatterers move, and what sound does to its phases.
+"""Correlation of laser light: fluctuations from moving scatterers, and phase shifts by ultrasound.
 
-A detector of coherent light sees speckle that changes as scatterers move. :func:`correlate` computes the field autocorrelation G₁(τ) of the
-light that a meter has recorded, and :func:`speckle_contrast` what a camera of finite exposure sees, from :class:`morgana.Records` and the
-mean square displacement of the scatterers in each region. Nothing is rendered again when motions change. Where media have a ``velocity``,
-scatterers flow besides.
+A detector of coherent light sees speckle that changes as scatterers move. :func:`correlate`
+computes the field autocorrelation G₁(τ) of the light that a meter recorded.
+:func:`speckle_contrast` computes the contrast in a camera of finite exposure. Both take
+:class:`morgana.Records` and the mean square displacement of the scatterers in each region. New
+motions need no new render. Where media have a ``velocity``, scatterers also move with the flow.
 
-:func:`tagged` finds the power that ultrasound shifts to sidebands of the light, and :func:`correlate_tagged` its autocorrelation, from records
-of a meter that is ``tagged``; :func:`modulation_depth` is that of pictures and meters, in pixels and cells.
+From the records of a ``tagged`` meter, :func:`tagged` computes the power that ultrasound shifts to
+sidebands of the light, and :func:`correlate_tagged` computes the autocorrelation of the light.
+:func:`modulation_depth` computes the modulation depth of pictures in pixels, and of meters in
+cells.
 
 Theory: docs/theory.md#diffuse-correlation, docs/theory.md#flow, docs/theory.md#tagged-light.
 
@@ -51,7 +54,8 @@ __all__ = [
 Doubles = NDArray[np.float64]
 Motion = Callable[[Doubles], Doubles]
 WORK = 1 << 24
-"""Values of records by delay that are computed for an exposure, about, where phases turn faster than can be resolved."""
+"""Approximate maximum number of values, records times delays, for an exposure in which phases turn
+too fast to be resolved."""
 
 
 @comparable
@@ -61,26 +65,28 @@ class Contrast(NamedTuple):
     exposures: Doubles
     """Exposures T in seconds, (n,)."""
     mean: Doubles
-    """K(T), the standard deviation of the intensity over its mean, (n, channels)."""
+    """Contrast K(T), the standard deviation of the intensity over its mean, (n, channels)."""
     error: Doubles
-    """Its standard error."""
+    """Standard error of the contrast, (n, channels)."""
 
     def __repr__(self) -> str:
         return f"<morgana.correlation.Contrast of {len(self.exposures)} exposures>"
 
 
 def brownian(diffusion: float, moving: float = 1.0) -> Motion:
-    """Scatterers that diffuse: a mean square displacement of 6 D τ.
+    """Mean square displacement 6 D τ of scatterers that diffuse.
 
-    This holds for delays that are long beside the time in which a scatterer forgets its velocity, 0.06 µs for a bead of 1 µm in water. Scatterers
-    diffuse freely at all delays: nothing holds them back, not even a wall of their region.
+    This law holds for delays much longer than the time in which a scatterer loses its velocity:
+    0.06 µs for a bead of 1 µm in water. Scatterers diffuse freely at all delays, also through the
+    walls of their region.
 
     Parameters
     ----------
     diffusion : float
-        Their diffusion coefficient D, ≥ 0, in squared scene units per second.
+        Diffusion coefficient D of the scatterers, ≥ 0, in squared scene units per second.
     moving : float
-        Share of the scattering that is by moving scatterers, in [0, 1]: α of diffuse correlation spectroscopy.
+        Fraction of the scattering that moving scatterers cause, in [0, 1]: α of diffuse correlation
+        spectroscopy.
 
     Returns
     -------
@@ -102,16 +108,17 @@ def brownian(diffusion: float, moving: float = 1.0) -> Motion:
 
 
 def ballistic(speed: float, moving: float = 1.0) -> Motion:
-    """Scatterers that fly apart in random directions: a mean square displacement of ⟨v²⟩ τ².
+    """Mean square displacement ⟨v²⟩ τ² of scatterers that move in random directions.
 
-    Each keeps its velocity over all delays: take delays in which it goes less far, ``speed`` τ, than the length over which it would turn.
+    Each scatterer keeps its velocity over all delays. Take delays in which it travels less,
+    ``speed`` τ, than the length over which it would turn.
 
     Parameters
     ----------
     speed : float
-        Root mean square of their speeds, ≥ 0, in scene units per second.
+        Root mean square speed of the scatterers, ≥ 0, in scene units per second.
     moving : float
-        Share of the scattering that is by moving scatterers, in [0, 1].
+        Fraction of the scattering that moving scatterers cause, in [0, 1].
 
     Returns
     -------
@@ -134,20 +141,23 @@ def ballistic(speed: float, moving: float = 1.0) -> Motion:
 
 
 def shear(rate: float, transport_length: float, g: float = 0.0) -> Motion:
-    """Scatterers that a sheared flow carries apart: an effective mean square displacement of (Γ l* τ)²/(5 (1 + g)).
+    """Effective mean square displacement (Γ l* τ)²/(5 (1 + g)) of scatterers in a shear flow.
 
-    Between two scatterings the flow moves the scatterers against one another by Γ τ times their distance. Directions of light that has been
-    scattered many times are random, and forget one another: of the second order, which counts here, by g² at each scattering of Henyey and
-    Greenstein's law. With the mean ``g`` = 0 this is the law of Wu, Pine, Chaikin, Huang and Weitz (1990) for a path of length s,
-    exp(−(n k₀ Γ l* τ)² s/(15 l*)). It does not hold for light that is scattered a few times, nor where Γ changes over l*. A uniform
-    flow on top changes nothing. Each scatterer keeps its velocity: take delays in which it goes less far than the length over which the flow
-    changes.
+    Between two scatterings, the flow moves the scatterers relative to one another by Γ τ times
+    their distance. The directions of multiply scattered light are random. Their second-order
+    correlation, which counts here, decreases by g² at each scattering of Henyey and Greenstein's
+    law. With the mean cosine ``g`` = 0, this is the law of Wu, Pine, Chaikin, Huang and Weitz
+    (1990) for a path of length s, exp(−(n k₀ Γ l* τ)² s/(15 l*)).
+
+    The law does not hold for light that is scattered a few times, nor where Γ changes over l*. An
+    additional uniform flow has no effect. Each scatterer keeps its velocity: take delays in which
+    it travels less than the length over which the flow changes.
 
     Parameters
     ----------
     rate : float
-        Shear rate Γ = ∂v/∂x across the flow, ≥ 0, per second. Of any incompressible flow, the root of 2 Σ S², where S is the symmetric part of
-        its velocity gradient.
+        Shear rate Γ = ∂v/∂x across the flow, ≥ 0, per second. For any incompressible flow, the root
+        of 2 Σ S², where S is the symmetric part of its velocity gradient.
     transport_length : float
         Transport mean free path l* = 1/(μₛ(1 − g)) of the region, > 0, in scene units.
     g : float
@@ -186,15 +196,19 @@ def correlate(
     flow: float = 1.0,
     where: Optional[ArrayLike] = None,
 ) -> Correlation:
-    """The field autocorrelation G₁(τ) of recorded light.
+    """Field autocorrelation G₁(τ) of recorded light.
 
-    Each record counts with its weight times exp(−⅓ k₀² Σ n² Y ⟨Δr²(τ)⟩), summed over regions, where Y is its momentum transfer. This holds
-    for light of one polarisation whose paths have independent phases, and for scatterers whose displacements are Gaussian and independent.
+    Each record contributes its weight times exp(−⅓ k₀² Σ n² Y ⟨Δr²(τ)⟩). The sum is over regions; Y
+    is the momentum transfer of the record in a region. This holds for light of one polarisation
+    whose paths have independent phases, and for scatterers whose displacements are Gaussian and
+    independent.
 
-    Where media have a ``velocity``, scatterers flow besides: a record's phase turns by k₀τ times its ``optical_length_rate``, and G₁(τ) is the
-    absolute value of the sum. Noise makes the square of such a value larger by its variance, which is taken off; where less than nothing is
-    left, g₁ is below its error, and 0 is given. Each scatterer keeps the velocity of the place where it scatters the light. A
-    :class:`morgana.SceneWarning` tells where some change it by more than a tenth over a delay at which light is still correlated.
+    Where media have a ``velocity``, scatterers also move with the flow. The phase of a record turns
+    by k₀τ times its ``optical_length_rate``, and G₁(τ) is the absolute value of the sum. Noise
+    increases the square of the absolute value by its variance, which is subtracted; if the
+    difference is negative, g₁ is below its error, and the result is 0. Each scatterer keeps the
+    velocity of the place where it scatters the light. A :class:`morgana.SceneWarning` warns if some
+    velocities change by more than a tenth over a delay at which light is still correlated.
 
     Parameters
     ----------
@@ -203,18 +217,20 @@ def correlate(
     delays : array_like
         Delays τ in seconds, (n,), ≥ 0.
     motions : mapping
-        For regions by name, a function from delays to mean square displacements in squared scene units, such as :func:`brownian` gives.
-        Scatterers of other regions rest.
+        For regions by name, a function from delays to mean square displacements in squared scene
+        units, such as the result of :func:`brownian`. Scatterers of other regions do not move.
     wavelength : array_like
-        Wavelength in vacuum, > 0, in scene units: one number, or one for each channel. A :class:`morgana.SceneWarning`
-        tells where it is longer than the mean optical length between scatterings, as it is in a wrong unit: 532 nm are 532e-6 in a scene of
-        millimetres.
+        Wavelength in vacuum, > 0, in scene units: one number, or one for each channel. In a scene
+        in millimetres, 532 nm are 532e-6. A :class:`morgana.SceneWarning` warns if the wavelength
+        exceeds the mean optical length between scatterings, which suggests a wrong unit.
     index : array_like or mapping
-        Refractive index, of all regions or by the names of those that move: one number, or one for each channel.
+        Refractive index, of all regions or by the names of those that move: one number, or one for
+        each channel.
     flow : float
-        By what velocities of media are multiplied: 0 for a flow at rest.
+        Factor on the velocities of media: 0 turns off the flow.
     where : array_like of bool, optional
-        Which records count, (n,): such as those of a detector or a time gate, or of light that leaves, ``records.side == 0``.
+        Mask of the records to use, (n,): for instance the records of a detector or a time gate, or
+        of light that leaves, ``records.side == 0``.
 
     Returns
     -------
@@ -224,8 +240,8 @@ def correlate(
     Raises
     ------
     ValueError
-        An unknown region, one without an index, a flow of media without velocities, a number out of range, or ``where`` that is no row of
-        truths for each record.
+        An unknown region, a moving region without an index, a ``flow`` if no medium has a velocity,
+        a number out of range, or a ``where`` that is not one bool for each record.
 
     Examples
     --------
@@ -254,9 +270,10 @@ def speckle_contrast(
 ) -> Contrast:
     """Speckle contrast K(T) of recorded light: K² = (2β/T) ∫₀ᵀ (1 − τ/T) g₁(τ)² dτ.
 
-    Delays up to the exposure count, with what :func:`correlate` assumes of them. What noise adds to g₁² is taken off. Where less than nothing is
-    left of K², K is 0, and its error the root of that of K². The error is up to twice too large where noise hides most of g₁: in exposures of as
-    many correlation times as there are particles.
+    The integral is over delays up to the exposure, under the assumptions of :func:`correlate`. The
+    contribution of noise to g₁² is subtracted. If the difference K² is negative, K is 0, and its
+    error is the root of the error of K². The error is up to twice too large where noise hides most
+    of g₁: in exposures of as many correlation times as there are particles.
 
     Parameters
     ----------
@@ -273,7 +290,8 @@ def speckle_contrast(
     flow : float
         As in :func:`correlate`.
     beta : float
-        Contrast squared of light that does not fluctuate, in (0, 1]: ½ for unpolarised light, less where speckles are not resolved.
+        Squared contrast of light that does not fluctuate, in (0, 1]: ½ for unpolarised light, less
+        if speckles are not resolved.
     where : array_like of bool, optional
         As in :func:`correlate`.
 
@@ -285,7 +303,7 @@ def speckle_contrast(
     Raises
     ------
     ValueError
-        As :func:`correlate`; an exposure or ``beta`` out of range.
+        As for :func:`correlate`; an exposure or ``beta`` out of range.
 
     Examples
     --------
@@ -312,11 +330,11 @@ def speckle_contrast(
 
 
 STEADY = 0.1
-"""By how much of it what flows may change its velocity over a delay."""
+"""Largest relative change of a flow velocity over a delay that gives no warning."""
 
 
 def _changing(records: Records, flow: float) -> float:
-    """How fast what flows changes its velocity, at most, per second."""
+    """Returns an upper bound of the relative change of flow velocities, per second."""
     if records.velocity_change is None:
         return 0.0
     crossed = records.momentum_transfer.any(axis=0)
@@ -324,7 +342,8 @@ def _changing(records: Records, flow: float) -> float:
 
 
 def _doubt_flow(records: Records, flow: float, delays: Doubles, found: Doubles) -> None:
-    """Warns of flows that change over delays at which light is correlated; ``found`` is as that of `_decayed`."""
+    """Warns if flows change over delays at which light is correlated; ``found`` is the result of
+    `_decayed`."""
     change = _changing(records, flow)
     longest = np.max(delays[np.any(found[2] > 3 * found[3], axis=1)], initial=0.0)
     if change * longest > STEADY:
@@ -337,12 +356,13 @@ def _doubt_flow(records: Records, flow: float, delays: Doubles, found: Doubles) 
 
 
 def _power(records: Records) -> Doubles:
-    """That of each particle, (particles, channels)."""
+    """Returns the power of each particle, (particles, channels)."""
     return np.asarray(by_particle(records, np.ones((len(records.particle), 1)))[:, 0])
 
 
 def _decayed(records: Records, decay: NDArray[Any]) -> Doubles:
-    """G₁, g₁ and their errors as in `Correlation`, (4, delays, channels), of what is left of each record, (delays, records)."""
+    """Returns G₁, g₁ and their errors as in `Correlation`, (4, delays, channels), from the decay of
+    each record, (delays, records)."""
     power = _power(records)
     whole = power.sum(axis=0)
     mean, error, ratio, ratio_error = found = np.zeros((4, len(decay), len(whole)))
@@ -355,25 +375,27 @@ def _decayed(records: Records, decay: NDArray[Any]) -> Doubles:
 
 
 def _total(power: Doubles) -> Tuple[Doubles, Doubles]:
-    """The power of all particles by channel, 1 where there is none, and by what to multiply ratios to it: 1, but NaN where there is none."""
+    """Returns the power of all particles by channel, and a factor for ratios to it. They are 1 and
+    NaN for channels without power, else the power and 1."""
     total = power.sum(axis=0)
     return np.where(total > 0, total, 1.0), np.where(total > 0, 1.0, np.nan)
 
 
 def _ratio(sums: NDArray[Any], power: Doubles, particles: int) -> Tuple[Doubles, Doubles]:
-    """|Σ sums|/Σ power over particles, and its error."""
+    """Returns |Σ sums|/Σ power over particles, and its error."""
     total, lit = _total(power)
     ratio = sums.sum(axis=0) / total
     moved = sums - ratio * power
     if not np.iscomplexobj(sums):
         return ratio * lit, error_of(moved, particles) / total * lit
-    # Of random phases, noise makes the square larger by its variance.
+    # Subtract the variance of the noise, which increases the square if phases are random.
     square = np.abs(ratio) ** 2 - variance_of(moved, particles) / total**2
     return np.sqrt(np.maximum(square, 0.0)) * lit, error_of(aligned(moved, ratio), particles) / total * lit
 
 
 def _blurred(records: Records, exposure: float, delayed: _Delayed, power: Doubles, beta: float) -> Tuple[Doubles, Doubles]:
-    """Contrast of an exposure and its error, by channel, of particles of the given powers."""
+    """Returns the contrast of an exposure and its error, by channel, for particles of the given
+    powers."""
     total, lit = _total(power)
     square, moved = np.zeros_like(total), np.zeros_like(power)
     most = max(4, WORK // (NODES * OCTAVES * max(len(records.particle), 1)))
@@ -383,7 +405,8 @@ def _blurred(records: Records, exposure: float, delayed: _Delayed, power: Double
         ratio = sums.sum(axis=0) / total
         residual = (sums - ratio * power[:, None, :]) / total
         square += weights @ (np.abs(ratio) ** 2 - variance_of(residual, records.particles))
-        # To first order |g₁|² moves by 2 Re g₁* δg₁, where a particle's own part of g₁ is what has been taken off.
+        # Linearise |g₁|²: it changes by 2 Re g₁* δg₁. Subtract the particle's own contribution to
+        # g₁, as above.
         moved += np.einsum("t,ptc->pc", weights, 2 * (np.conj(ratio) * residual).real - 2 * np.abs(residual) ** 2)
     mean, error = np.sqrt(np.maximum(square, 0.0)), error_of(moved, records.particles)
     by_root = np.divide(error, 2 * mean, out=np.full_like(mean, np.inf), where=mean > 0)
@@ -391,16 +414,17 @@ def _blurred(records: Records, exposure: float, delayed: _Delayed, power: Double
 
 
 class _Light(NamedTuple):
-    """What turns motions into phases."""
+    """Properties of the light by which motions become phases."""
 
     wavelength: float
     indices: Dict[str, float]
-    """Of regions by name."""
+    """Refractive indices of regions by name."""
     flow: float
 
 
 def _alike(records: Records, wavelength: ArrayLike, index: Union[ArrayLike, Mapping[str, ArrayLike]], flow: float) -> List[Tuple[Records, _Light]]:
-    """Records by channels whose light is the same: all of them, or each by itself."""
+    """Groups records by channels whose light is equal: all channels together, or each
+    separately."""
     channels = records.weight.shape[1]
     length = by_channel(wavelength, "wavelength", channels)
     named = index if isinstance(index, Mapping) else dict.fromkeys(records.regions, index)
@@ -417,18 +441,18 @@ def _alike(records: Records, wavelength: ArrayLike, index: Union[ArrayLike, Mapp
 
 
 class _Delayed(NamedTuple):
-    """What is left of each record after a delay."""
+    """Decay and phase of each record after a delay."""
 
     records: int
     """Number of records."""
     names: List[str]
-    """Of the regions that move."""
+    """Names of the regions that move."""
     motions: List[Motion]
-    """Their mean square displacements by delay."""
+    """Mean square displacements of these regions by delay."""
     transfers: List[Doubles]
-    """⅓ (n k₀)² Y in each of them, (records,)."""
+    """Values ⅓ (n k₀)² Y of each of these regions, (records,)."""
     turn: Optional[Doubles]
-    """How fast phases turn, (records,); none if nothing flows."""
+    """Angular frequency of phases, (records,), rad/s; ``None`` if nothing flows."""
 
     @classmethod
     def of(cls, records: Records, motions: Mapping[str, Motion], light: _Light) -> _Delayed:
@@ -451,11 +475,12 @@ class _Delayed(NamedTuple):
 
     @property
     def spread(self) -> float:
-        """How fast phases turn apart, at most, per second."""
+        """Largest difference of angular frequencies, rad/s."""
         return 0.0 if self.turn is None or not len(self.turn) else float(np.ptp(self.turn))
 
     def at(self, delays: Doubles) -> Union[Doubles, NDArray[np.complex128]]:
-        """Of each record after each delay, (delays, records): complex if something flows."""
+        """Returns the factor of each record after each delay, (delays, records); complex if
+        something flows."""
         exponent = np.zeros((len(delays), self.records))
         for square, transfer in zip(self._squares(delays), self.transfers):
             exponent += np.outer(square, transfer)
@@ -464,14 +489,15 @@ class _Delayed(NamedTuple):
         return np.asarray(np.exp(1j * np.outer(delays, self.turn) - exponent))
 
     def fastest(self, delays: Doubles) -> Doubles:
-        """An upper bound of how much a record has decayed and turned against others, after each delay."""
+        """Returns an upper bound of the decay of a record and of its phase relative to other
+        records, after each delay."""
         changes = delays * self.spread
         for square, transfer in zip(self._squares(delays), self.transfers):
             changes = changes + square * transfer.max(initial=0.0)
         return changes
 
     def _squares(self, delays: Doubles) -> Iterator[Doubles]:
-        """Mean square displacements of regions."""
+        """Yields the mean square displacements of the regions."""
         for name, motion in zip(self.names, self.motions):
             square = numbers(motion(delays), f"mean square displacements of {name!r}")
             if square.shape != delays.shape or not np.all(np.isfinite(square) & (square >= 0)):
@@ -480,7 +506,8 @@ class _Delayed(NamedTuple):
 
 
 def _rate(records: Records, flow: float) -> Optional[Doubles]:
-    """How fast optical lengths change; none if nothing flows."""
+    """Returns rates of change of optical lengths, scene units per second; ``None`` if nothing
+    flows."""
     checks.optional_finite(flow, "flow")
     if records.optical_length_rate is None:
         if flow != 1:
@@ -490,7 +517,7 @@ def _rate(records: Records, flow: float) -> Optional[Doubles]:
 
 
 def _finite(square: float, what: str) -> float:
-    """A mean square displacement by the unit of time, if it is a number that there is."""
+    """Returns a mean square displacement per unit of time; raises an error if it is not finite."""
     if not np.isfinite(square):
         raise ValueError(f"{what}, but mean square displacements must be finite: give it in scene units and seconds")
     return square

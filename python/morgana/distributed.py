@@ -1,6 +1,6 @@
-"""Renders that many processes share, on one machine or on a cluster.
+"""Distributed renders by many processes, on one machine or on a cluster.
 
-Any executor in the style of :mod:`concurrent.futures` will do, and a client of Dask:
+Any executor in the style of :mod:`concurrent.futures` works, as does a Dask client:
 
     >>> import concurrent.futures, morgana.distributed
     >>> with concurrent.futures.ProcessPoolExecutor() as pool:
@@ -9,7 +9,8 @@ Any executor in the style of :mod:`concurrent.futures` will do, and a client of 
     >>> from dask.distributed import Client
     >>> result = morgana.distributed.render("/shared/fog.xml", Client("scheduler:8786"), spp=4096)
 
-The result is that of :func:`morgana.render`, bit for bit, whoever computed which part and however often.
+The result equals that of :func:`morgana.render`, bit for bit, regardless of which worker computes
+which part, and how often.
 """
 
 from __future__ import annotations
@@ -36,10 +37,11 @@ from ._scene import Define, load_dict, load_file
 __all__ = ["render"]
 
 SHARDS = 64
-"""Parts of a run if their number is not given: enough to keep some tens of workers busy to the end."""
+"""Default number of parts of a run: enough to keep some tens of workers busy to the end."""
 
 SMALL = 1 << 20
-"""Bytes that are sent along with every task. More of them go by a file, or are scattered once."""
+"""Maximum number of bytes that are sent with every task. More bytes travel in a file, or are
+scattered once."""
 
 Description = Union[Scene, str, "os.PathLike[str]", Mapping[str, Any]]
 
@@ -59,21 +61,22 @@ def render(
     folder: Union[None, str, "os.PathLike[str]"] = None,
     progress: Progress = False,
 ) -> Result:
-    """Render a scene, or measure if it has meters, by the workers of an executor.
+    """Render a scene, or measure if it has meters, on the workers of an executor.
 
-    The samples are divided into parts, which may be computed in any order, by any worker, and more than once. Ctrl-C returns
-    what is complete so far, with ``stopped == "interrupted"``.
+    The samples are divided into parts. Parts may be computed in any order, by any worker, and more
+    than once. Ctrl-C returns the complete parts, with ``stopped == "interrupted"``.
 
     Parameters
     ----------
     scene : Scene, path_like or mapping
-        A scene, which workers make again; a scene file, which all workers must be able to read; or a dictionary, as for
-        :func:`morgana.load_dict`. Its arrays travel once, not with every part: through Dask's memory, or for other executors
-        through a file in ``folder``.
+        A scene, which each worker loads again; a scene file, which all workers must be able to
+        read; or a dictionary, as for :func:`morgana.load_dict`. Its arrays are sent once, not with
+        every part: through Dask's memory, or for other executors through a file in ``folder``.
     executor
-        Has ``submit`` as in :mod:`concurrent.futures`; or a client of ``dask.distributed``.
+        Executor with ``submit`` as in :mod:`concurrent.futures`, or a client of
+        ``dask.distributed``.
     parameters : mapping, optional
-        Values for the scene's parameters, as the keywords of :func:`morgana.load_file`.
+        Values of the scene's parameters, as the keywords of :func:`morgana.load_file`.
     spp : int, optional
         As for :func:`morgana.render`.
     particles : int, optional
@@ -83,27 +86,29 @@ def render(
     integrator : str, optional
         As for :func:`morgana.render`.
     shards : int, optional
-        Number of parts, ≥ 1; by default 64, or as many as there are samples. More of them are shared out more evenly, and cost
-        more to send: each is as large as the image with its sums, some 140 bytes per pixel.
+        Number of parts, ≥ 1; by default 64, or the number of samples if that is less. More parts
+        distribute the work more evenly, and cost more to send: each is as large as the image with
+        its sums, some 140 bytes per pixel.
     threads : int, optional
-        Threads for each part; 0 for as many as the worker has processors.
+        Threads for each part; 0 for the number of CPU cores of the worker.
     retries : int, optional
-        How often a part is tried again whose worker was lost or failed, ≥ 0.
+        Number of retries, ≥ 0, of a part whose worker was lost or failed.
     folder : path_like, optional
-        Where workers can read a file that this process writes, for large dictionaries and executors other than Dask. By default
-        a folder for temporary files, which does if all workers are on this machine.
+        Folder in which this process writes a file that workers can read, for large dictionaries and
+        executors other than Dask. By default a folder for temporary files, which suffices if all
+        workers are on this machine.
     progress : bool or callable, optional
         As for :func:`morgana.render`.
 
     Returns
     -------
     Result
-        What :func:`morgana.render` returns, bit for bit. ``stats["threads"]`` is ``None``.
+        Result of :func:`morgana.render`, bit for bit. ``stats["threads"]`` is ``None``.
 
     Raises
     ------
     RenderError
-        What was asked for does not fit the scene; or a part failed more often than ``retries``.
+        The options do not fit the scene; or a part failed more often than ``retries``.
     SceneError
         The scene cannot be used.
 
@@ -139,10 +144,10 @@ def render(
 
 
 class _Source(NamedTuple):
-    """How to make a scene."""
+    """Source from which workers make a scene."""
 
     scene: Any
-    """A scene, the absolute path of one, or a dictionary."""
+    """A scene, the absolute path of a scene file, or a dictionary."""
     parameters: Dict[str, Any]
 
     @classmethod
@@ -164,7 +169,7 @@ class _Source(NamedTuple):
 
 
 class _Tasks:
-    """Parts that are being computed, and those that have to be tried again."""
+    """Parts that are being computed, with their remaining retries."""
 
     def __init__(self, start: Any, count: int, retries: int) -> None:
         self._start = start
@@ -172,7 +177,7 @@ class _Tasks:
         self.pending = {start(shard): shard for shard in range(count)}
 
     def result(self, future: "concurrent.futures.Future[bytes]") -> Optional[bytes]:
-        """The part, or ``None`` if it is tried again."""
+        """Returns the part, or ``None`` if it is tried again."""
         shard = self.pending.pop(future)
         try:
             return future.result()
@@ -191,7 +196,7 @@ class _Tasks:
 
 
 def _gather(parts: _morgana.Parts, tasks: _Tasks, tick: Any, scene: Scene) -> bool:
-    """Adds up parts as they come; whether that was interrupted."""
+    """Adds up parts as they complete. Returns True after an interruption."""
     try:
         while tasks.pending:
             first = concurrent.futures.FIRST_COMPLETED
@@ -212,10 +217,11 @@ def _gather(parts: _morgana.Parts, tasks: _Tasks, tick: Any, scene: Scene) -> bo
 
 @contextlib.contextmanager
 def _shared(source: _Source, executor: Any, retries: int, folder: Any) -> Iterator[Tuple[Any, Any]]:
-    """How to submit tasks, and what tells them where the scene is."""
+    """Yields the function that submits tasks, and the argument that tells tasks where the scene
+    is."""
     data = pickle.dumps(source)
     if hasattr(executor, "get_executor"):
-        # A client of Dask, whose executors know what was scattered.
+        # Use a Dask client's executor, which resolves scattered data.
         scattered = data if len(data) <= SMALL else executor.scatter(data, broadcast=True)
         yield executor.get_executor(retries=retries).submit, scattered
     elif len(data) <= SMALL:
@@ -233,13 +239,13 @@ def _shared(source: _Source, executor: Any, retries: int, folder: Any) -> Iterat
 
 _lock = threading.Lock()
 _kept: List[Tuple[str, Scene]] = []
-"""The scene that this process rendered last, by its hash: workers load it once."""
+"""Scene of the last part that this process rendered, with its hash: workers load it once."""
 
 
 def _part(
     key: str, where: Union[bytes, str], wanted: Limits, integrator: Optional[str], shard: List[int]
 ) -> bytes:
-    """Takes a part of the samples; what workers do."""
+    """Takes the samples of a part, on a worker."""
     with _lock:
         if not _kept or _kept[0][0] != key:
             _kept.clear()

@@ -1,4 +1,6 @@
-"""Flow fields of other programs, resampled to the grids that scenes read: VTK's formats, OpenFOAM, CGNS and others.
+"""Flow fields of other programs, resampled to the grids that scenes read.
+
+Reads VTK's formats, OpenFOAM, CGNS and others.
 
     >>> import morgana.flow
     >>> mesh = morgana.flow.read("case.vtu")
@@ -6,8 +8,10 @@
     >>> print(jet.error)
     >>> jet.write("jet.vti")
 
-From the command line: ``python -m morgana.flow case.vtu --array rho --spacing 0.001 -o jet.vti``. Reading needs ``pip install
-"morgana-render[flow]"``, which installs PyVista; what PyVista does not read, meshio does if it is installed. See docs/guides/schlieren.md#flow-from-a-simulation.
+From the command line: ``python -m morgana.flow case.vtu --array rho --spacing 0.001 -o jet.vti``.
+Reading meshes needs ``pip install "morgana-render[flow]"``, which installs PyVista. Files that
+PyVista cannot read are read by meshio if it is installed. See
+docs/guides/schlieren.md#flow-from-a-simulation.
 """
 
 from __future__ import annotations
@@ -39,44 +43,47 @@ Doubles = NDArray[np.float64]
 Path = Union[str, "os.PathLike[str]"]
 
 MOST_SAMPLES = 1 << 28
-"""More samples than these would need gigabytes for each copy."""
+"""Maximum number of samples of a grid: more would take gigabytes for each copy."""
 OPENFOAM = (".foam", ".openfoam")
-"""Extensions of files that stand for its cases."""
+"""Extensions of files that stand for an OpenFOAM case."""
 CONTROL = os.path.join("system", "controlDict")
-"""The file that every case of OpenFOAM has."""
+"""File that every OpenFOAM case has."""
 GAS_CONSTANT = 8.314462618
-"""J/(mol K)."""
+"""Molar gas constant, J/(mol K)."""
 MOST_BY_DEFAULT = 4_000_000
-"""Samples of a grid whose spacing is that of the mesh: it becomes coarser beyond."""
+"""Maximum number of samples of a grid without a given spacing: beyond it, the grid is coarser than
+the mesh."""
 MOST_COMPARED = 200_000
-"""Values of a mesh that a grid is compared with."""
+"""Maximum number of mesh values that a grid is compared with."""
 HAIR = 1e-7
-"""Share of a mesh's extent by which samples on its bounds are moved inside."""
+"""Fraction of the extent of a mesh by which samples on its bounds are moved inside."""
 CONTRAST = 1e-4
-"""Of the index as which samples are interpolated to find their error."""
+"""Range of the index that represents the samples when their interpolation error is computed."""
 DRY_AIR = 28.9647e-3
 """Molar mass of dry air, kg/mol."""
 MOST_MOLAR_MASS = 1.0
-"""Gases have less than this in kg/mol, and more in g/mol."""
+"""Upper bound of molar masses of gases, kg/mol. In g/mol, every gas has more."""
 
 
 @comparable
 class ResamplingError(NamedTuple):
-    """How far the index of a scene is from the mesh: the grid, interpolated by B-splines as scenes do, against the values at the
-    points of the mesh, or at the centres of its cells if the array is one of cells."""
+    """Difference between the index field of a scene and the mesh.
+
+    The grid, interpolated by B-splines as in scenes, is compared with the values at the points of
+    the mesh, or at the centres of its cells for an array of cells."""
 
     rms: float
-    """Root mean square, in the unit of the array."""
+    """Root mean square difference, in the unit of the array."""
     largest: float
-    """Largest difference."""
+    """Largest difference, in the unit of the array."""
     of_range: float
-    """Root mean square over the range of the array."""
+    """Root mean square difference, relative to the range of the array."""
     points: int
-    """Number of points that were compared: all in the grid, or 200 000 of them."""
+    """Number of compared points: all points in the grid, but at most 200 000."""
 
     @property
     def largest_of_range(self) -> float:
-        """Largest difference over the range of the array."""
+        """Largest difference, relative to the range of the array."""
         return self.largest * self.of_range / self.rms if self.rms > 0 else 0.0
 
     def __str__(self) -> str:
@@ -88,20 +95,21 @@ class ResamplingError(NamedTuple):
 
 @comparable
 class Sampled(NamedTuple):
-    """Samples on a regular grid, as :func:`sample` returns them."""
+    """Samples of a mesh on a regular grid: the result of :func:`sample`."""
 
     values: Doubles
-    """The samples, [z, y, x]."""
+    """Samples, [z, y, x]."""
     spacing: Tuple[float, float, float]
     """Distances of samples along x, y, z, in the unit of the mesh."""
     origin: Tuple[float, float, float]
-    """Position of the first sample."""
+    """Position of the first sample, in the unit of the mesh."""
     name: str
     """Name of the array."""
     error: ResamplingError
-    """Error of the resampling."""
+    """Difference between the samples and the mesh."""
     outside: float
-    """Share of the samples that lie outside of the mesh, in hidden cells or in cells without a value, and have been filled."""
+    """Fraction of the samples that lie outside the mesh, in hidden cells or in cells without a
+    value, and have been filled."""
 
     def __repr__(self) -> str:
         depth, height, width = self.values.shape
@@ -109,14 +117,15 @@ class Sampled(NamedTuple):
         return f"<morgana.flow.Sampled of {self.name}, {width} × {height} × {depth}{filled}, error {self.error}>"
 
     def volume(self, plugin: str = "gladstone_dale", **parameters: Any) -> Dict[str, Any]:
-        """The dictionary of a volume for :func:`morgana.load_dict`, in the place of the mesh.
+        """The dictionary of a volume for :func:`morgana.load_dict`, at the position of the mesh.
 
         Parameters
         ----------
         plugin : str
-            Its type: ``gladstone_dale`` for densities in kg/m³, ``bspline`` for indices, ``pressure``.
+            Type of the volume: ``gladstone_dale`` for densities in kg/m³, ``bspline`` for indices,
+            ``pressure``.
         **parameters
-            Its other parameters, such as ``wavelength=532, reference=1.2``.
+            Further parameters of the volume, such as ``wavelength=532, reference=1.2``.
 
         Returns
         -------
@@ -132,12 +141,12 @@ class Sampled(NamedTuple):
         return {"type": plugin, "data": self.values, "placement": "nodes", "to_world": place, **parameters}
 
     def box(self, interior: Mapping[str, Any]) -> Dict[str, Any]:
-        """The dictionary of a shape for :func:`morgana.load_dict`: the box of the samples, whose surface does nothing.
+        """The dictionary of the samples' box for :func:`morgana.load_dict`, with a null surface.
 
         Parameters
         ----------
         interior : mapping
-            The medium in it.
+            The medium inside the box.
 
         Returns
         -------
@@ -154,14 +163,16 @@ class Sampled(NamedTuple):
         return {"type": "cube", "to_world": place, "bsdf": {"type": "null"}, "interior": dict(interior)}
 
     def write(self, path: Path) -> None:
-        """Write a file that scenes read, completely or not at all.
+        """Write the samples to a volume file, completely or not at all.
 
         Parameters
         ----------
         path : path_like
-            The file: any volume that ``morgana convert`` writes (docs/scene-format.md#volume-files), in double precision except ``.vol``.
-            ``.vti`` and ``.nrrd`` keep the place, so that a scene need not give it. For ``.npy``, ``.npz`` and ``.h5`` a scene gives the
-            ``axis_order`` ``zyx``, the ``placement`` ``nodes``, and the place.
+            The file: any volume that ``morgana convert`` writes
+            (docs/scene-format.md#volume-files), in double precision except ``.vol``. ``.vti`` and
+            ``.nrrd`` store the position, so that scenes need not give it. For ``.npy``, ``.npz``
+            and ``.h5``, a scene gives the ``axis_order`` ``zyx``, the ``placement`` ``nodes``, and
+            the position.
 
         Raises
         ------
@@ -176,17 +187,19 @@ class Sampled(NamedTuple):
 
 
 def read(path: Path, *, time: Optional[float] = None) -> Any:
-    """Read a mesh: ``.vti``, ``.vtr``, ``.vts``, ``.vtu``, ``.vtp``, ``.vtm``, ``.vtk``, ``.foam``, ``.cgns``, and whatever else PyVista or meshio read.
+    """Read a mesh by PyVista or meshio.
 
-    Of several blocks those are merged that fill space, without the surfaces around them and without hidden cells; they keep the arrays that all of
-    them have. OpenFOAM's values of cells stay values of cells. Of an OpenFOAM case that is decomposed, the parts (``processor0``, …) are read
-    where the case itself does not have the time.
+    Formats are ``.vti``, ``.vtr``, ``.vts``, ``.vtu``, ``.vtp``, ``.vtm``, ``.vtk``, ``.foam``,
+    ``.cgns``, and all others that PyVista or meshio read. Of several blocks, those that fill space
+    are merged, without the surfaces around them and without hidden cells. The merged mesh keeps the
+    arrays that all its blocks have. Values of OpenFOAM cells stay values of cells. For a decomposed
+    OpenFOAM case, the parts (``processor0``, …) are read if the case itself does not have the time.
 
     Parameters
     ----------
-    path : path_like
+    The file. For OpenFOAM, the folder of the case, or an empty file ``case.foam`` in it.
         The file. For OpenFOAM, the folder of the case, or an empty file ``case.foam`` in it.
-    time : float, optional
+    Instant of a time series, as of OpenFOAM; by default the last.
         The instant of a series in time, as of OpenFOAM; the last if it is not given.
 
     Returns
@@ -213,7 +226,7 @@ def read(path: Path, *, time: Optional[float] = None) -> Any:
         if not os.path.exists(name):
             raise FileError(f"{os.fspath(path)}: a folder, but no case of OpenFOAM: it has no {CONTROL}")
     try:
-        # VTK warns of much that does not matter here; its errors are shown.
+        # Silence VTK's warnings, most of which do not matter here; show its errors.
         with pyvista.vtk_verbosity("error"):
             found = _read(pyvista, name, time)
     except FlowError:
@@ -244,24 +257,27 @@ def sample(
     mesh : pyvista.DataSet
         The mesh. Arrays of cells are averaged to its points first.
     array : str
-        Name of the array, of one number at each point or cell. Cells that are hidden (``vtkGhostType``), or have a hidden point, count as
-        outside of the mesh; so do, with ``outside``, cells whose value, or the value of a point, is NaN.
+        Name of the array, of one number at each point or cell. Cells that are hidden
+        (``vtkGhostType``), or that have a hidden point, count as outside the mesh. With
+        ``outside``, so do cells that are NaN or have a point that is NaN.
     spacing : float or three floats, optional
-        Distance of samples, along all axes or along x, y, z. If it is not given, that of the mesh if it is regular, else the median size of
-        its cells, or more for no more than 4 million samples.
+        Distance of samples, along all axes or along x, y, z. By default the spacing of a regular
+        mesh, or the median size of the cells of other meshes; more if the grid would exceed 4
+        million samples.
     shape : three ints, optional
-        Numbers of samples along x, y, z, ≥ 2, in place of the spacing.
+        Numbers of samples along x, y, z, ≥ 2, instead of ``spacing``.
     bounds : six floats, optional
-        xmin, xmax, ymin, ymax, zmin, zmax of the grid; those of the mesh if they are not given.
+        xmin, xmax, ymin, ymax, zmin, zmax of the grid; by default the bounds of the mesh.
     outside : float, optional
-        The value outside of the mesh; that of the nearest point of the mesh if it is not given.
+        The value outside the mesh; by default the value of the nearest point of the mesh.
     revolve : str, optional
-        ``"x"``, ``"y"`` or ``"z"``: the mesh is one half of an axisymmetric flow, and is revolved about this axis. It is planar, and its other
-        extent is the radius, or it is a wedge of at most 20°. Values belong to the distances of their points, or of the centres of their
-        cells, from the axis. Of a planar mesh on both sides of the axis, the side that reaches further is revolved, and the error compares
-        it with both.
+        ``"x"``, ``"y"`` or ``"z"``: the mesh is one half of an axisymmetric flow, and is revolved
+        about this axis. It is planar, with the radius as its other extent, or it is a wedge of at
+        most 20°. Values belong to the distances of their points, or of the centres of their cells,
+        from the axis. Of a planar mesh on both sides of the axis, the side that reaches further is
+        revolved, and the error compares it with both.
     thickness : float, optional
-        The mesh is planar, and its field goes on across it, half of this to each side.
+        The mesh is planar, and its field extends across it, by half of this thickness to each side.
 
     Returns
     -------
@@ -271,8 +287,9 @@ def sample(
     Raises
     ------
     FlowError
-        An array that the mesh does not have (with those that it has), that has several components, or NaN without ``outside``; a grid that is
-        too fine; bounds that are empty; a planar mesh without thickness; a surface that is not planar, or points without cells.
+        An array that is missing from the mesh (the message lists its arrays), has several
+        components, or is NaN without ``outside``. A grid that is too fine; empty bounds. A planar
+        mesh without thickness, a surface that is not planar, or points without cells.
 
     Examples
     --------
@@ -311,7 +328,8 @@ def density(pressure: ArrayLike, temperature: ArrayLike, molar_mass: ArrayLike =
     temperature : array_like
         Temperature, K, > 0.
     molar_mass : array_like
-        Molar mass, kg/mol, > 0 and < 1: a number, or one for each place of a mixture; that of dry air if it is not given.
+        Molar mass, kg/mol, > 0 and < 1: a number, or one for each point of a mixture. By default
+        that of dry air.
 
     Returns
     -------
@@ -348,7 +366,7 @@ def _pyvista() -> Any:
 
 
 def _case(name: str) -> Optional[str]:
-    """The folder of the OpenFOAM case that a file stands for."""
+    """Returns the folder of the OpenFOAM case that a file stands for."""
     if name.endswith(CONTROL):
         return os.path.dirname(os.path.dirname(name))
     return os.path.dirname(name) if name.lower().endswith(OPENFOAM) else None
@@ -363,14 +381,16 @@ def _read(pyvista: Any, name: str, time: Optional[float]) -> Any:
     except FlowError:
         raise
     except Exception:
-        # PyVista has no reader, or one for another format of this extension, such as .msh of Fluent rather than of Gmsh.
+        # Try meshio: PyVista has no reader, or one for another format with this extension, such as
+        # Fluent's .msh for Gmsh's.
         with contextlib.suppress(Exception, SystemExit):
             return pyvista.read_meshio(name)
         raise
 
 
 def _read_parts(pyvista: Any, name: str, time: Optional[float]) -> Any:
-    """The mesh of an OpenFOAM case that is decomposed, its parts joined at their common points."""
+    """Returns the mesh of a decomposed OpenFOAM case, with its parts joined at their common
+    points."""
     reader: Any = importlib.import_module("vtkmodules.vtkIOParallel").vtkPOpenFOAMReader()
     reader.SetFileName(name)
     reader.SetCaseType(reader.DECOMPOSED_CASE)
@@ -384,7 +404,7 @@ def _read_parts(pyvista: Any, name: str, time: Optional[float]) -> Any:
 
 def _read_by(reader: Any, name: str, time: Optional[float]) -> Any:
     if _case(name) is not None:
-        # Else VTK adds averages at points, which are not what the solver has found.
+        # Turn off VTK's averages at points: the solver computed values of cells.
         reader.cell_to_point_creation = False
     times = [float(t) for t in getattr(reader, "time_values", None) or []]
     if times:
@@ -399,29 +419,31 @@ def _nearest_time(times: List[float], time: Optional[float], name: str) -> float
     if time is None:
         return times[-1]
     nearest = min(times, key=lambda t: abs(t - time))
-    # Files and command lines round decimals.
+    # Accept rounded decimals of files and command lines.
     if not abs(nearest - time) <= 1e-6 * max(abs(time), abs(nearest)):
         raise FlowError(f"{name} has no time {time:g}; it has {', '.join(f'{t:g}' for t in times)}")
     return nearest
 
 
 def _merged(pyvista: Any, source: Any) -> Any:
-    """One mesh of those blocks that have the most dimensions; ``None`` if there are no cells."""
+    """Merges the blocks that have the most dimensions into one mesh; ``None`` if there are no
+    cells."""
     leaves = [leaf for leaf in map(pyvista.wrap, _leaves(source)) if getattr(leaf, "n_cells", 0)]
     most = max(map(dimension, leaves), default=0)
     blocks = [leaf for leaf in leaves if dimension(leaf) == most]
     if len(blocks) < 2:
         return blocks[0] if blocks else None
-    # Merged blocks keep what all of them have, which hidden cells, and walls among volumes, need not.
+    # Show only visible cells: merged blocks keep only the arrays that all of them have, which may
+    # omit the mark of hidden cells and walls.
     return pyvista.MultiBlock([visible(block) for block in blocks]).combine()
 
 
 def _leaves(source: Any) -> Iterator[Any]:
-    """The data sets of blocks, of blocks in these, and so on, or the only one."""
+    """Yields the data sets of nested blocks, or the only data set."""
     if not hasattr(source, "NewIterator"):
         yield source
         return
-    # VTK's own, which goes into kinds of blocks that PyVista does not know.
+    # Use VTK's iterator, which enters kinds of blocks that PyVista does not know.
     each = source.NewIterator()
     each.InitTraversal()
     while not each.IsDoneWithTraversal():
@@ -430,21 +452,21 @@ def _leaves(source: Any) -> Iterator[Any]:
 
 
 class _MeshValues(NamedTuple):
-    """Values of an array as the mesh has them."""
+    """Values of an array at the original points or cells of the mesh."""
 
     places: Doubles
-    """The points, or the centres of cells."""
+    """Positions of the points, or of the centres of cells."""
     values: Doubles
     of_cells: bool
 
 
 def _with_points(mesh: Any, array: str, outside: Optional[float]) -> Tuple[str, Any, _MeshValues]:
-    """The name of the array, the mesh with it at its points and nothing else, and the values as they were. Of the mesh, what is visible and has
-    values."""
+    """Returns the name of the array, the mesh with only this array, at its points, and the original
+    values. Only visible parts of the mesh that have values remain."""
     name = _known(mesh, array)
     mesh = visible(mesh).copy(deep=False)
     of_points = name in mesh.point_data.keys()
-    # A plain copy: arrays of special roles, such as numbers of nodes, would not be interpolated.
+    # Copy to a plain array: VTK does not interpolate arrays of special roles, such as node numbers.
     found = np.array((mesh.point_data if of_points else mesh.cell_data)[name])
     if found.ndim != 1:
         raise FlowError(f"the array {array!r} has {found.shape[-1]} components at each place: one is needed")
@@ -460,7 +482,8 @@ def _with_points(mesh: Any, array: str, outside: Optional[float]) -> Tuple[str, 
 
 
 def _with_values(mesh: Any, name: str, of_points: bool, outside: Optional[float]) -> Any:
-    """The mesh without cells of NaN, which solvers leave in solids, if there is a value for what is outside."""
+    """Removes cells of NaN, which solvers leave in solids, if ``outside`` gives a value for
+    them."""
     values = np.asarray((mesh.point_data if of_points else mesh.cell_data)[name])
     if np.isinf(values).any():
         raise FlowError(f"the array {name!r} has values that are infinite")
@@ -480,7 +503,7 @@ def _arrays(mesh: Any) -> List[str]:
 
 
 def _known(mesh: Any, array: str) -> str:
-    """The array of this name; ``%20`` and the like may stand for the characters that they encode."""
+    """Returns the name of the array in the mesh; ``array`` may be URL-encoded, as with ``%20``."""
     names = _arrays(mesh)
     if array in names:
         return array
@@ -504,7 +527,7 @@ def _bounds(bounds: Optional[Sequence[float]], frame: Frame) -> Tuple[Doubles, D
 def _counts(
     spacing: Union[None, float, Sequence[float]], shape: Optional[Sequence[int]], mesh: Any, extent: Doubles
 ) -> NDArray[np.int64]:
-    """Numbers of samples along x, y, z."""
+    """Returns the numbers of samples along x, y, z."""
     if shape is None:
         counts = np.maximum(np.rint(extent / _steps(spacing, mesh, extent)), 1) + 1
     elif spacing is not None:
@@ -520,7 +543,7 @@ def _counts(
 
 
 def _steps(spacing: Union[None, float, Sequence[float]], mesh: Any, extent: Doubles) -> Doubles:
-    """Distances of samples: those that are given, or the size of cells."""
+    """Returns the distances of samples: the given spacing, or the size of cells."""
     if spacing is None:
         steps = _size_of_cells(mesh)
         return np.asarray(steps * max(1.0, np.cbrt(np.prod(extent / steps + 1) / MOST_BY_DEFAULT)))
@@ -532,7 +555,7 @@ def _steps(spacing: Union[None, float, Sequence[float]], mesh: Any, extent: Doub
 
 def _size_of_cells(mesh: Any) -> Doubles:
     if isinstance(mesh, _pyvista().ImageData):
-        # There is none across a plane.
+        # Replace the missing spacing across a plane by the smallest of the others.
         regular = np.array(mesh.spacing) * (np.array(mesh.dimensions) > 1)
         return np.where(regular > 0, regular, regular[regular > 0].min())
     cells = mesh.compute_cell_sizes(length=False)
@@ -549,7 +572,8 @@ def _three(values: Doubles) -> Tuple[float, float, float]:
 
 
 def _probe(mesh: Any, array: str, places: Doubles) -> Tuple[Doubles, NDArray[np.bool_]]:
-    """Values at places, and whether these lie in the mesh. Places on its bounds do, whatever rounding says."""
+    """Returns values at places, and a mask of the places in the mesh. Places on the bounds of the
+    mesh count as inside, regardless of rounding."""
     low, high = np.array(mesh.bounds).reshape(3, 2).T
     hair = HAIR * (high - low)
     places = np.where(np.abs(places - low) < hair, low + hair, places)
@@ -560,7 +584,7 @@ def _probe(mesh: Any, array: str, places: Doubles) -> Tuple[Doubles, NDArray[np.
 
 
 def _nearest(mesh: Any, array: str, places: Doubles) -> Doubles:
-    """Values of the nearest points of the mesh."""
+    """Returns the values of the nearest points of the mesh."""
     pyvista, filters = _pyvista(), importlib.import_module("vtkmodules.vtkFiltersPoints")
     known = pyvista.PolyData(np.asarray(mesh.points, float))
     known.point_data[array] = mesh.point_data[array]
@@ -573,7 +597,7 @@ def _nearest(mesh: Any, array: str, places: Doubles) -> Doubles:
 
 
 def _error(sampled: Sampled, points: Doubles, values: Doubles) -> ResamplingError:
-    """The samples as a spline, which is what scenes make of them, against what is known."""
+    """Compares the samples as a spline, as scenes interpolate them, with the known values."""
     low = np.array(sampled.origin)
     high = low + (np.array(sampled.values.shape[::-1]) - 1) * sampled.spacing
     hair = 1e-9 * (high - low)
@@ -588,7 +612,7 @@ def _error(sampled: Sampled, points: Doubles, values: Doubles) -> ResamplingErro
     if span == 0.0:
         found = np.full(len(points), sampled.values.flat[0])
     else:
-        # As an index about 1.5, whose square is as good as linear in it.
+        # Scale the values to an index about 1.5, whose square is almost linear in it.
         least = sampled.values.min()
         scaled = sampled._replace(values=1.5 + CONTRAST * (sampled.values - least) / span)
         found = least + span * (load_field(scaled.volume("bspline")).n(points) - 1.5) / CONTRAST
@@ -599,12 +623,12 @@ def _error(sampled: Sampled, points: Doubles, values: Doubles) -> ResamplingErro
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
-    """The command ``python -m morgana.flow``: resamples a mesh to a file that scenes read, and prints the error.
+    """Run ``python -m morgana.flow``: resample a mesh to a volume file, and print the error.
 
     Parameters
     ----------
     arguments : sequence of str, optional
-        Those of the command line if none are given.
+        Arguments; by default those of the command line.
 
     Returns
     -------

@@ -1,4 +1,7 @@
-"""Derivatives of rays: by the samples of a refractive index, the parameters of fields and of lenses, the starts of the rays and their exit.
+"""Derivatives of rays.
+
+Derivatives are by the samples of a refractive index, the parameters of fields and of lenses, the
+starts of the rays, and their exit plane.
 
     >>> import morgana.grad
     >>> rays = morgana.grad.Rays(origins, directions, box=((-1, -1, -1), (1, 1, 1)), exit=morgana.grad.Plane((0, 0, 5), (0, 0, 1)))
@@ -56,12 +59,14 @@ FAILURES = (
     "was totally reflected",
     "was stopped by an aperture",
 )
-"""What the numbers of the compiled part mean."""
+"""Meanings of the failure codes of the compiled part."""
 
 
 @comparable
 class Ends(NamedTuple):
-    """Where rays end: row i of each array belongs to ray i. Rays without an end are NaN."""
+    """Ends of rays.
+
+    Row i of each array belongs to ray i. Rays without an end are NaN."""
 
     positions: Doubles
     """Positions, (rays, 3), in scene units."""
@@ -74,12 +79,12 @@ class Ends(NamedTuple):
 
     @property
     def valid(self) -> NDArray[np.bool_]:
-        """Which rays have an end, (rays,)."""
+        """Mask of the rays that have an end, (rays,)."""
         return np.asarray(self.codes == 0)
 
     @property
     def failures(self) -> Dict[str, int]:
-        """How many rays have no end, by what happened to them; empty if all have one."""
+        """Numbers of rays without an end, by the cause; empty if all rays have an end."""
         counts = np.bincount(self.codes, minlength=len(FAILURES))
         return {name: int(count) for name, count in zip(FAILURES[1:], counts[1:]) if count}
 
@@ -90,14 +95,16 @@ class Ends(NamedTuple):
 
 @comparable
 class Change(NamedTuple):
-    """How ends change: row i of each array belongs to ray i. Rays without an end are NaN."""
+    """Changes of the ends of rays.
+
+    Row i of each array belongs to ray i. Rays without an end are NaN."""
 
     positions: Doubles
     """Changes of positions, (rays, 3)."""
     directions: Doubles
-    """Of unit directions, (rays, 3)."""
+    """Changes of unit directions, (rays, 3)."""
     optical_lengths: Doubles
-    """Of ∫ n ds, (rays,)."""
+    """Changes of optical lengths ∫ n ds, (rays,)."""
 
     def __repr__(self) -> str:
         return f"<morgana.grad.Change of the ends of {len(self.positions)} rays>"
@@ -108,16 +115,18 @@ class Gradient(NamedTuple):
     """Derivatives of a loss."""
 
     field: Doubles
-    """By the samples of n, in their shape; for a :class:`morgana.Field` or a :class:`System` by all its parameters, (parameters,), in the order of
+    """Derivatives by the samples of n, in their shape. For a :class:`morgana.Field` or a
+    :class:`System`, derivatives by all its parameters, (parameters,), in the order of
     :func:`parameters`."""
     origins: Doubles
-    """By the origins, (rays, 3)."""
+    """Derivatives by the origins, (rays, 3)."""
     directions: Doubles
-    """By the directions, as they were given, (rays, 3)."""
+    """Derivatives by the directions, as they were given, (rays, 3)."""
     parameters: Dict[str, Doubles]
-    """The numbers of ``field`` by the names of the parameters, in the shapes of these."""
+    """The numbers of ``field`` by the names of the parameters, in the shapes of the parameters."""
     exit: Optional[Plane]
-    """By the point and the normal of the exit, as it was given; ``None`` without an exit plane."""
+    """Derivatives by the point and the normal of the exit, as it was given; ``None`` without an
+    exit plane."""
 
     def __repr__(self) -> str:
         size = float(np.linalg.norm(self.field))
@@ -131,39 +140,48 @@ class LeastSquares(NamedTuple):
     value: float
     """½Σ ((end − measured)/noise)²."""
     gradient: Doubles
-    """Its derivative, as :attr:`Gradient.field`."""
+    """Derivatives of ``value``, as :attr:`Gradient.field`."""
     lost: int
-    """Rays that are measured but have no end, and were left out."""
+    """Number of measured rays that have no end. They are left out."""
 
     def __repr__(self) -> str:
         return f"<morgana.grad.LeastSquares: {self.value:.6g}, {self.lost} rays lost>"
 
 
 class Rays:
-    """Rays of given starts that go through an index, straight to it and on behind it, to where they end.
+    """Rays with given starts through an index field.
 
-    The index is given to :meth:`forward`, :meth:`vjp` and :meth:`jvp`: samples of n on a grid, a :class:`morgana.Field`, or a :class:`System` of media
-    and surfaces. Results do not depend on the number of threads. The memory is that of the arrays, and at most 160 MB more for sums of large grids.
+    The rays are straight before and behind the field.
+
+    :meth:`forward`, :meth:`vjp` and :meth:`jvp` take the index: samples of n on a grid, a
+    :class:`morgana.Field`, or a :class:`System` of media and surfaces. Results do not depend on the
+    number of threads. Memory is needed for the arrays, and at most 160 MB more for sums of large
+    grids.
 
     Parameters
     ----------
     origins : array_like, (rays, 3)
         Starts, in scene units.
     directions : array_like, (rays, 3) or (3,)
-        Directions, of any length but zero.
+        Directions, of any nonzero length.
     box : two of array_like, (3,), optional
-        The lower and the upper corner of the box that the index fills. Samples need it; a field without one is everywhere. In a :class:`System` it
-        says where samples lie, and nothing more.
+        The lower and the upper corner of the box that the index fills. Samples need it. A field
+        without a box is everywhere. In a :class:`System`, the box only places samples.
     exit : Plane, optional
-        Where rays end. Without it, they end where they leave the box. A :class:`System` needs it, behind its last surface.
+        Plane on which rays end. Without it, they end where they leave the box. A :class:`System`
+        needs it, behind its last surface.
     ambient : float, optional
-        The index around the box, > 0. Rays keep their direction at its faces, as at a ``null`` boundary.
+        The index around the box, > 0. Rays keep their direction at the faces of the box, as at a
+        ``null`` boundary.
     placement : str, optional
-        ``"nodes"`` if the outermost samples lie on the faces of the box, ``"centers"`` if half a spacing within.
+        ``"nodes"`` if the outermost samples lie on the faces of the box, ``"centers"`` if they lie
+        half a spacing inside.
     tolerance : float, optional
-        Relative error of positions per length, 1e-12 to 1e-2. Steps are never longer than three cells of a grid.
+        Relative error of positions per length, 1e-12 to 1e-2. Steps are never longer than three
+        cells of a grid.
     max_length : float, optional
-        Length after which a ray is given up, in scene units. By default four times the extent of starts, box and exit.
+        Length at which tracing of a ray stops, in scene units. By default four times the extent of
+        starts, box and exit.
 
     Raises
     ------
@@ -217,7 +235,7 @@ class Rays:
 
     @property
     def placement(self) -> str:
-        """Where the outermost samples lie: ``"nodes"`` or ``"centers"``."""
+        """Placement of the outermost samples: ``"nodes"`` or ``"centers"``."""
         return "nodes" if self._options["nodes"] else "centers"
 
     def spacing(self, shape: Tuple[int, ...]) -> Doubles:
@@ -226,17 +244,17 @@ class Rays:
         Parameters
         ----------
         shape : three of int
-            That of the samples, (nz, ny, nx).
+            Shape of the samples, (nz, ny, nx).
 
         Returns
         -------
         numpy.ndarray
-            (3,), in scene units.
+            Distances, (3,), in scene units.
 
         Raises
         ------
         GradError
-            Rays without a box.
+            The rays have no box.
         """
         if self._box is None:
             raise GradError("samples need the box that they fill: give Rays a box")
@@ -249,12 +267,12 @@ class Rays:
         Parameters
         ----------
         rows : array_like
-            Their numbers, or a mask, (rays,).
+            Numbers of the rays, or a mask, (rays,).
 
         Returns
         -------
         Rays
-            These rays, with the same box and exit.
+            The selected rays, with this box and exit.
 
         Examples
         --------
@@ -270,7 +288,7 @@ class Rays:
         return self._origins, self._directions
 
     def with_starts(self, origins: ArrayLike, directions: ArrayLike) -> "Rays":
-        """Other rays to the same exit through the same box, for instance of a sensor or a source that has moved.
+        """Other rays through this box to this exit, for instance of a sensor or source that moved.
 
         Parameters
         ----------
@@ -282,7 +300,7 @@ class Rays:
         Returns
         -------
         Rays
-            These rays, with the same box, exit, tolerance and ``max_length``.
+            The new rays, with this box, exit, tolerance and ``max_length``.
 
         Raises
         ------
@@ -298,28 +316,37 @@ class Rays:
         return others
 
     def torch(self, build: Optional[Build] = None) -> Callable[..., Any]:
-        """Positions, directions and optical lengths of the ends as a function that PyTorch differentiates.
+        """Ends of the rays as a function that PyTorch differentiates.
 
         Parameters
         ----------
         build : callable, optional
-            ``build(values)`` makes a :class:`morgana.Field` or a :class:`System` of NumPy arrays by the names of its parameters, which are those of
-            :func:`parameters`: a lens, for instance. It is called for each evaluation. Without it, the index is given by its samples.
+            ``build(values)`` makes a :class:`morgana.Field` or a :class:`System`, such as a lens.
+            ``values`` are NumPy arrays by the names of :func:`parameters`. PyTorch's function calls
+            it for each evaluation. Without it, samples give the index.
 
         Returns
         -------
         callable
-            ``ends(index, origins=None, directions=None)`` of tensors on the processor: samples [z, y, x] of n, or with ``build`` a dictionary of
-            parameters, of which those that it leaves out have no derivatives; and, for a sensor or a source that moves, starts (rays, 3), or one
-            direction (3,), in place of those of the rays. It gives three tensors, as :class:`Ends`. Rays without an end are NaN, and have no derivatives.
-            Numbers and NumPy arrays may take the place of tensors. Rays are followed in double precision; their ends have the widest floating type of
-            the tensors, or PyTorch's default where none has one. Reverse mode, also by ``torch.func`` and in batches of ``torch.vmap``, which are
-            followed one by one; first derivatives only.
+            ``ends(index, origins=None, directions=None)`` of CPU tensors. ``index`` is samples [z,
+            y, x] of n, or with ``build`` a dictionary of parameters; parameters that it leaves out
+            have no derivatives. ``origins`` (rays, 3) and ``directions`` (rays, 3) or (3,) replace
+            the starts of the rays, for a sensor or a source that moves. Numbers and NumPy arrays
+            may replace tensors.
+
+            The function returns three tensors: positions, directions and optical lengths, as in
+            :class:`Ends`. Rays without an end are NaN, and have no derivatives. Rays are traced in
+            double precision; their ends have the widest floating type of the tensors, or PyTorch's
+            default if none has one.
+
+            The function supports reverse mode, also by ``torch.func`` and in batches of
+            ``torch.vmap``, which are traced one by one. First derivatives only.
 
         Raises
         ------
         GradError
-            PyTorch is missing. The function raises it where shapes do not fit, where samples are no index, and where ``build`` makes something that does not have the parameters as they are given.
+            PyTorch is missing. The function raises it for shapes that do not fit, for samples that
+            are no index, and if the result of ``build`` does not have the given parameters.
 
         Examples
         --------
@@ -335,7 +362,7 @@ class Rays:
         return _autodiff.torch_function(self, build)
 
     def jax(self, build: Optional[Build] = None) -> Callable[..., Any]:
-        """Positions, directions and optical lengths of the ends as a function that JAX differentiates.
+        """Ends of the rays as a function that JAX differentiates.
 
         Parameters
         ----------
@@ -345,15 +372,17 @@ class Rays:
         Returns
         -------
         callable
-            ``ends(index, origins=None, directions=None)`` of arrays: as for :meth:`torch`, but ends have the type of their starts: single
-            precision, unless ``jax_enable_x64`` is set. Reverse mode only.
+            ``ends(index, origins=None, directions=None)`` of arrays, as for :meth:`torch`. Ends
+            have the type of their starts: single precision, unless ``jax_enable_x64`` is set.
+            Reverse mode only.
 
         Raises
         ------
         GradError
-            JAX is missing. The function raises it where shapes do not fit, where samples are no index, and where ``build`` makes something that does
-            not have the parameters as they are given. Under ``jax.jit`` and ``jax.vmap`` only shapes are known beforehand: JAX wraps the other
-            errors in its own, ``jax.errors.JaxRuntimeError``, whose text ends with theirs.
+            JAX is missing. The function raises it for shapes that do not fit, for samples that are
+            no index, and if the result of ``build`` does not have the given parameters. Under
+            ``jax.jit`` and ``jax.vmap``, only shapes are known in advance: JAX wraps other errors
+            in ``jax.errors.JaxRuntimeError``, and its text ends with theirs.
 
         Examples
         --------
@@ -363,7 +392,7 @@ class Rays:
         return _autodiff.jax_function(self, build)
 
     def forward(self, index: Index) -> Ends:
-        """Follow the rays to their ends.
+        """Trace the rays to their ends.
 
         Parameters
         ----------
@@ -373,12 +402,12 @@ class Rays:
         Returns
         -------
         Ends
-            Where the rays end, and how many have no end.
+            Ends of the rays, and the numbers of rays without an end.
 
         Raises
         ------
         GradError
-            Samples that are no index, or without a box.
+            Samples that are no index, or samples without a box.
 
         Examples
         --------
@@ -395,28 +424,30 @@ class Rays:
         directions: Optional[ArrayLike] = None,
         optical_lengths: Optional[ArrayLike] = None,
     ) -> Gradient:
-        """Take derivatives of a loss by the ends of the rays back to the index and to the starts: the vector–Jacobian product.
+        """Vector–Jacobian product: derivatives of a loss by the index and the starts.
 
         Parameters
         ----------
         index : array_like, (nz, ny, nx), or Field or System
             As for :meth:`forward`.
         positions : array_like, (rays, 3), optional
-            Derivative of the loss by the positions of :class:`Ends`; zero if left out.
+            Derivatives of the loss by the positions of :class:`Ends`; zero if left out.
         directions : array_like, (rays, 3), optional
-            The same by the directions.
+            Derivatives of the loss by the directions; zero if left out.
         optical_lengths : array_like, (rays,), optional
-            The same by the optical lengths.
+            Derivatives of the loss by the optical lengths; zero if left out.
 
         Returns
         -------
         Gradient
-            Derivatives by the samples or by the parameters (:func:`parameters` names them), by the starts and by the exit.
+            Derivatives by the samples or the parameters (named by :func:`parameters`), by the
+            starts and by the exit.
 
         Raises
         ------
         GradError
-            Shapes that do not fit, derivatives that are not finite, or that are not zero for rays without an end.
+            Shapes that do not fit, derivatives that are not finite, or nonzero derivatives of rays
+            without an end.
 
         Examples
         --------
@@ -445,25 +476,28 @@ class Rays:
         directions: Optional[ArrayLike] = None,
         exit: Optional[Plane] = None,
     ) -> Change:
-        """How the ends change with the index, the starts and the exit: the Jacobian–vector product, to which :meth:`vjp` is transposed.
+        """Jacobian–vector product: changes of the ends with the index, the starts and the exit.
+
+        This product is the transpose of :meth:`vjp`.
 
         Parameters
         ----------
         index : array_like, (nz, ny, nx), or Field or System
             As for :meth:`forward`.
         field : array_like or mapping, optional
-            The change of the index, in the shape of :attr:`Gradient.field`; or changes of some parameters by their names. None if left out.
+            The change of the index, in the shape of :attr:`Gradient.field`; or changes of some
+            parameters by their names. Zero if left out.
         origins : array_like, (rays, 3), optional
-            The change of the origins.
+            The change of the origins; zero if left out.
         directions : array_like, (rays, 3), optional
-            The change of the directions, as they were given.
+            The change of the directions, as they were given; zero if left out.
         exit : Plane, optional
-            The change of the point and of the normal of the exit.
+            The change of the point and of the normal of the exit; zero if left out.
 
         Returns
         -------
         Change
-            Of positions, directions and optical lengths.
+            Changes of positions, directions and optical lengths.
 
         Raises
         ------
@@ -495,29 +529,32 @@ class Rays:
         optical_lengths: Optional[ArrayLike] = None,
         optical_length_noise: float = 1.0,
     ) -> "LeastSquares":
-        """Half the sum of squares of (end − measured)/noise, and its derivative by the index, in one pass over the rays: a function to minimise.
+        """Half the sum of squares of (end − measured)/noise, and its derivatives by the index.
+
+        One pass over the rays computes both, as minimisers need.
 
         Parameters
         ----------
         index : array_like, (nz, ny, nx), or Field or System
             As for :meth:`forward`.
         positions : array_like, (rays, 3), optional
-            Measured positions of :class:`Ends`. Rows that are not finite do not count.
+            Measured positions of :class:`Ends`. Rows that are not finite are ignored.
         position_noise : float, optional
-            Standard deviation of their components, in scene units, > 0.
+            Standard deviation of the components of ``positions``, in scene units, > 0.
         directions : array_like, (rays, 3), optional
-            Measured unit directions.
+            Measured unit directions. Rows that are not finite are ignored.
         direction_noise : float, optional
-            Standard deviation of their components, in radians, > 0.
+            Standard deviation of the components of ``directions``, in radians, > 0.
         optical_lengths : array_like, (rays,), optional
-            Measured ∫ n ds.
+            Measured ∫ n ds, in scene units. Values that are not finite are ignored.
         optical_length_noise : float, optional
-            Their standard deviation, in scene units, > 0.
+            Standard deviation of ``optical_lengths``, in scene units, > 0.
 
         Returns
         -------
         LeastSquares
-            The sum, its derivative, and how many measured rays have no end. These are left out.
+            The sum, its derivatives, and the number of measured rays that have no end. They are
+            left out.
 
         Raises
         ------
@@ -550,13 +587,14 @@ class Rays:
         return layout
 
     def _by_exit(self, by: Doubles) -> Optional[Plane]:
-        """Derivatives by the exit as it was given, from those by its point and unit normal."""
+        """Converts derivatives by the point and unit normal of the exit to derivatives by the exit
+        as given."""
         if self._exit is None:
             return None
         return Plane(by[:3], unit(self._exit.normal, "the normal of the exit")[1].T @ by[3:])
 
     def _of_exit(self, change: Optional[Plane]) -> Tuple[float, ...]:
-        """A change of the exit as that of its point and unit normal."""
+        """Converts a change of the exit as given to a change of its point and unit normal."""
         if change is None:
             return 6 * (0.0,)
         if self._exit is None:
@@ -603,7 +641,7 @@ class Rays:
 
 
 def parameters(index: Union[Field, System]) -> Dict[str, Doubles]:
-    """The parameters by which :meth:`Rays.vjp` takes derivatives: names and values.
+    """Names and values of the parameters by which :meth:`Rays.vjp` takes derivatives.
 
     Parameters
     ----------
@@ -613,15 +651,17 @@ def parameters(index: Union[Field, System]) -> Dict[str, Doubles]:
     Returns
     -------
     dict
-        Values by names, in the order of :attr:`Gradient.field`. Those of fields are named as in scenes: numbers and vectors of built-in fields, numbers
-        that formulas use by names, samples of n of grids and tables, complex amplitudes (z, y, x, 2) of sampled sound, ``to_world`` (3, 4). Directions
-        of axes are unit vectors. Gases, pressures and the ``standard_atmosphere`` have samples of n alone, laws of dispersion the ``value`` of n, or the
-        ``factor`` on the field that they surround.
+        Values by names, in the order of :attr:`Gradient.field`. Parameters of fields have their
+        names in scenes: numbers and vectors of built-in fields, named numbers of formulas, samples
+        of n of grids and tables, complex amplitudes (z, y, x, 2) of sampled sound, ``to_world`` (3,
+        4). Directions of axes are unit vectors. Gases, pressures and the ``standard_atmosphere``
+        have only samples of n. Laws of dispersion have the ``value`` of n, or the ``factor`` on the
+        field inside them.
 
     Raises
     ------
     GradError
-        Media and surfaces that do not fit.
+        Media and surfaces that do not match.
 
     Examples
     --------

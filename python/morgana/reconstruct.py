@@ -1,4 +1,6 @@
-"""Refractive indices from rays that were measured: deflections, displacements, optical lengths of several views.
+"""Reconstruction of refractive indices from measured rays of several views.
+
+The data are deflections, displacements and optical lengths.
 
     >>> import morgana.reconstruct
     >>> found = morgana.reconstruct.fit(rays, (64, 64, 64), directions=measured, direction_noise=1e-4, lower=1.0)
@@ -32,70 +34,79 @@ __all__ = ["Iteration", "Posterior", "Reconstruction", "ReconstructionError", "f
 
 Doubles = NDArray[np.float64]
 Valued = Tuple[float, Doubles]
-"""The value of a function, and its derivatives."""
+"""Value of a function, and its derivatives."""
 Shape = Tuple[int, int, int]
 
 COARSEST = 8
-"""Samples along the shortest axis of the coarsest grid, at least."""
+"""Minimum number of samples along the shortest axis of the coarsest grid."""
 SMALL = 2e-3
-"""The search ends when χ², with penalties, falls by less than this share in an iteration."""
+"""Relative decrease of χ² with penalties, per iteration, below which the search ends."""
 SMALL_COARSE = 5e-2
-"""The same where finer grids or more rays follow."""
+"""Relative decrease per iteration below which the search ends if finer grids or more rays
+follow."""
 PATIENCE = 3
-"""On the average of so many iterations."""
+"""Number of iterations over which the decrease of χ² is averaged."""
 RAYS_PER_SAMPLE = 0.5
-"""Rays in a part of the data, for each sample of a grid: on coarse grids not all are needed at once, and on the last not all at first."""
+"""Rays in a part of the data, for each sample of a grid. Coarse grids need only a part of the rays;
+the finest grid starts with a part."""
 TURN = 3
-"""Iterations with one part of the rays before others take their turn."""
+"""Iterations with one part of the rays before the next part replaces it."""
 GROWTH = 2
-"""On the last grid, parts grow by this factor whenever they have told what they can."""
+"""Factor by which parts grow on the last grid whenever a part brings no further progress."""
 MOST_RAYS = 1 << 20
-"""χ² of what was found is that of all rays, or of so many, drawn at random: its standard error is far below a per cent."""
+"""Largest number of rays that the final χ² takes. If there are more rays, it takes this number,
+drawn at random: the standard error of χ² is far below a per cent."""
 FLAT = 0.05
-"""Total variation counts slopes from about this share of the largest one that the data alone ask for first."""
+"""Slope below which total variation counts as smooth, as a fraction of the largest slope after the
+first step that the data alone request."""
 MANY_LOST = 0.1
-"""Share of lost rays above which :func:`fit` warns."""
+"""Fraction of lost rays above which :func:`fit` warns."""
 EXTREMES = (0.1, 10.0)
-"""The least and the greatest index that are tried, in units of that around the box: rays in absurd ones take absurdly long."""
+"""Least and greatest index of the search, relative to the ambient index. Tracing rays through
+extreme indices takes too long."""
 
 
 class Iteration(NamedTuple):
-    """How far a reconstruction has come, as ``progress`` is told."""
+    """Progress of a reconstruction: the argument of ``progress``."""
 
     shape: Shape
-    """The grid, (nz, ny, nx): they are coarse first."""
+    """Shape of the grid, (nz, ny, nx). Coarse grids come first."""
     number: int
-    """The iteration on this grid, from 1."""
+    """Number of the iteration on this grid, from 1."""
     chi_square: float
-    """Σ ((ray − measured)/noise)² per datum, of the rays that it takes: 1 is what noise explains."""
+    """Σ ((ray − measured)/noise)² per datum, over the rays of this iteration. Noise alone gives
+    1."""
     rays: int
-    """Rays that it takes."""
+    """Number of rays of this iteration."""
 
 
 @comparable
 class Reconstruction(NamedTuple):
-    """What :func:`fit` has found."""
+    """Result of :func:`fit`."""
 
     samples: Doubles
     """Samples of n, (nz, ny, nx)."""
     chi_square: float
-    """Σ ((ray − measured)/noise)² per datum, of all rays that have an end; where there are more than a million (2²⁰) rays, of so many, drawn at
-    random."""
+    """Σ ((ray − measured)/noise)² per datum, over all rays that have an end. If there are more than
+    a million (2²⁰) rays, over a million of them, drawn at random."""
     stopped: str
-    """Why it ended: ``"noise"``, where the rest is explained by noise, in all rays; ``"slow"``, where little changed; ``"iterations"``."""
+    """Reason for the end of the search: ``"noise"`` if noise explains all remaining differences,
+    over all rays; ``"slow"`` if χ² hardly decreased; ``"iterations"`` if the limit of iterations
+    was reached."""
     history: List[Iteration]
-    """All iterations."""
+    """All iterations, over all grids."""
     lost: int
-    """Rays that have no end in this index, and were left out, of those of ``chi_square``."""
+    """Number of rays of ``chi_square`` that have no end in this index. They are left out."""
     deviation: Optional[Doubles] = None
-    """Standard deviation of the samples due to noise, (nz, ny, nx), where ``replicates`` were asked for."""
+    """Standard deviation of the samples due to noise, (nz, ny, nx), if ``replicates`` is above 0;
+    else ``None``."""
 
     def __repr__(self) -> str:
         return f"<morgana.reconstruct.Reconstruction of {self.samples.shape}, χ² {self.chi_square:.4g} after {len(self.history)} iterations: {self.stopped}>"
 
 
 class _Measured(NamedTuple):
-    """One kind of data."""
+    """Data of one kind, with their noise and the number of independent values."""
 
     name: str
     values: Doubles
@@ -104,14 +115,14 @@ class _Measured(NamedTuple):
 
 
 class _Weights(NamedTuple):
-    """Of what is added to ½χ²."""
+    """Weights of the penalties that are added to ½χ²."""
 
     smoothness: float
     total_variation: float
 
 
 class _Misfit:
-    """½χ² of rays and its penalties, and their derivatives by the samples."""
+    """Half of χ² of the rays, plus penalties, and its derivatives by the samples."""
 
     def __init__(self, rays: Rays, measured: List[_Measured], weights: _Weights) -> None:
         self.rays, self.measured, self.weights = rays, measured, weights
@@ -123,7 +134,8 @@ class _Misfit:
         self.flat, self.chi_square = 1.0, np.inf
 
     def parts(self, size: int) -> "Iterator[_Misfit]":
-        """One after the other of parts of so many rays, drawn at random, for ever; of all rays if these are no more."""
+        """Yields parts of ``size`` rays, drawn at random, repeating forever. Yields all rays each
+        time if ``size`` is at least their number."""
         count = len(self.rays)
         if size >= count:
             yield from itertools.repeat(self)
@@ -132,19 +144,19 @@ class _Misfit:
             yield self.with_rays(np.sort(order[part * size : (part + 1) * size]))
 
     def with_rays(self, rows: NDArray[np.int64]) -> "_Misfit":
-        """Of some of the rays, in their share."""
+        """Returns the misfit of some of the rays, with penalties in proportion."""
         share = len(rows) / len(self.rays)
         measured = [kind._replace(values=kind.values[rows], data=share * kind.data) for kind in self.measured]
         return _Misfit(self.rays.select(rows), measured, _Weights(*(share * weight for weight in self.weights)))
 
     def of_data(self, index: Doubles) -> Valued:
-        """½χ² alone."""
+        """Returns ½χ² without penalties, and its derivatives."""
         found = self.rays.least_squares(index, **self.given)
         self.chi_square = self.per_datum(2 * found.value, found.lost)
         return found.value, found.gradient
 
     def per_datum(self, squares: float, lost: int) -> float:
-        """χ² per datum of the rays that have an end; NaN if all are lost."""
+        """Returns χ² per datum over the rays that have an end; NaN if all are lost."""
         share = 1 - lost / np.count_nonzero(self.is_measured)
         return squares / (share * self.count) if share > 0 else np.nan
 
@@ -152,7 +164,7 @@ class _Misfit:
         return self.with_penalties(index, self.of_data(index))
 
     def with_penalties(self, index: Doubles, of_data: Valued) -> Valued:
-        """Both, given ½χ²."""
+        """Returns ½χ² plus penalties, given ½χ²."""
         value, gradient = of_data
         smoothness, total_variation = self.weights
         lattice = penalties.lattice_of(self.rays, index.shape)
@@ -165,18 +177,19 @@ class _Misfit:
         return value, gradient
 
     def without_derivatives(self, index: Doubles) -> Tuple[float, int]:
-        """χ² per datum, and the rays that are measured but have no end."""
+        """Returns χ² per datum, and the number of measured rays that have no end."""
         ends = self.rays.forward(index)
         squares = sum(float(np.nansum(np.square((getattr(ends, kind.name) - kind.values) / kind.noise))) for kind in self.measured)
         lost = int(np.count_nonzero(self.is_measured & ~ends.valid))
         return self.per_datum(squares, lost), lost
 
     def lost_share(self, lost: int) -> float:
-        """Share of rays that have no end, of those that are measured and that :attr:`Reconstruction.lost` counts."""
+        """Returns the fraction of the measured rays that have no end, given
+        :attr:`Reconstruction.lost`."""
         return lost / np.count_nonzero(next(self.parts(MOST_RAYS)).is_measured)
 
     def check_start(self, index: Doubles) -> None:
-        """Refuses rays of which none has an end where the search starts."""
+        """Raises an error if no measured ray has an end in the index at the start."""
         part = next(self.parts(MOST_RAYS))
         if not (part.is_measured & part.rays.forward(index).valid).any():
             raise ReconstructionError(
@@ -186,12 +199,13 @@ class _Misfit:
 
     @property
     def explained(self) -> bool:
-        """Whether to end because noise explains what is left. Penalties keep noise out themselves."""
+        """True if noise explains the remaining differences, which ends the search. Always False
+        with penalties, which keep noise out themselves."""
         return self.chi_square <= 1 and not any(self.weights)
 
 
 class _Limits(NamedTuple):
-    """Where samples may lie."""
+    """Bounds of the samples."""
 
     lower: Optional[float]
     upper: Optional[float]
@@ -199,26 +213,27 @@ class _Limits(NamedTuple):
     """Samples of the last grid that keep their value."""
 
     def of(self, index: Doubles, ambient: float, centers: bool) -> Tuple[Doubles, Doubles]:
-        """The least and the largest value of each sample, of which those that are known have theirs."""
+        """Returns the least and the greatest value of each sample. Both are the given value where a
+        sample is known."""
         least, greatest = EXTREMES
         low = np.full(index.shape, least * ambient if self.lower is None else self.lower)
         high = np.full(index.shape, greatest * ambient if self.upper is None else self.upper)
         if self.known is None:
             return low, high
-        # Samples between known ones are known on other grids, too.
+        # Mark samples between known samples of the last grid as known on coarser grids.
         known = _resampled(self.known.astype(float), (index.shape[0], index.shape[1], index.shape[2]), centers, order=1) > 1 - 1e-9
         return np.where(known, index, low), np.where(known, index, high)
 
 
 class _Stage(NamedTuple):
-    """A part of the search."""
+    """One stage of the search: a grid and a number of rays."""
 
     grid: Shape
     rays: int
 
 
 class _Problem(NamedTuple):
-    """What is looked for."""
+    """A reconstruction to solve."""
 
     misfit: _Misfit
     grids: List[Shape]
@@ -228,7 +243,8 @@ class _Problem(NamedTuple):
 
     @property
     def stages(self) -> List[_Stage]:
-        """From coarse to fine, with parts of the rays; on the last grid parts grow until they are all of them."""
+        """Stages from coarse to fine grids, with parts of the rays. On the last grid the parts grow
+        until they hold all rays."""
         count = len(self.misfit.rays)
         stages = [_Stage(grid, min(max(int(RAYS_PER_SAMPLE * np.prod(grid)), 1), count)) for grid in self.grids]
         last, rays = stages.pop()
@@ -238,7 +254,7 @@ class _Problem(NamedTuple):
         return [*stages, _Stage(last, count)]
 
     def solve(self, progress: Optional[Callable[[Iteration], Any]], checkpoint: Optional[Checkpoint]) -> Reconstruction:
-        """One stage after the other."""
+        """Solves the stages in turn, from the state of ``checkpoint`` if that has one."""
         index, history, stopped = self.start, [], "iterations"
         stages = self.stages
         last = stages[-1]
@@ -269,7 +285,7 @@ class _Problem(NamedTuple):
         return Reconstruction(index, chi_square, stopped, history, lost)
 
     def replicate(self, truth: Doubles, rng: np.random.Generator) -> Doubles:
-        """What would be found if ``truth`` were measured again."""
+        """Returns the reconstruction from simulated measurements of ``truth`` with new noise."""
         ends = self.misfit.rays.forward(truth)
         measured = []
         for kind in self.misfit.measured:
@@ -303,65 +319,80 @@ def fit(
 ) -> Reconstruction:
     """Find the samples of n with which rays end where they were measured.
 
-    χ², the sum of squared differences over noise, is made smaller by limited-memory BFGS within the limits, on coarse grids first. Where there are far
-    more rays than samples, parts of them, drawn at random, take turns: on coarse grids and, at first, on the last. There parts grow until they are all
-    of the rays, whenever what is found fits rays that have their turn no better than those before. Without penalties it ends when noise explains what is left (the discrepancy principle): further iterations would fit noise. A direction and a position have two
-    independent components each: directions are taken as unit vectors, and positions lie on the exit.
+    χ² is the sum of squared differences over noise. Limited-memory BFGS decreases it within the
+    limits, on coarse grids first.
+
+    With far more rays than samples, random parts of the rays take turns: on coarse grids, and at
+    first on the last grid. On the last grid, the parts grow until they hold all rays. They grow
+    whenever the samples fit a new part no better than the previous part.
+
+    Without penalties, the search ends when noise explains the remaining differences (the
+    discrepancy principle): further iterations would fit noise. A direction and a position have two
+    independent components each: directions are unit vectors, and positions lie on the exit.
 
     Parameters
     ----------
     rays : Rays
-        The rays that were measured, of all views, with the box that the index fills.
+        The measured rays of all views, with the box that the index fills.
     shape : three of int
         Samples of the grid, (nz, ny, nx).
     positions : array_like, (rays, 3), optional
-        Measured positions of the ends. NaN where they are not known.
+        Measured positions of the ends. NaN if unknown.
     position_noise : float, optional
-        Standard deviation of their components, in scene units, > 0.
+        Standard deviation of the components of ``positions``, in scene units, > 0.
     directions : array_like, (rays, 3), optional
-        Measured directions of the ends, of any length. NaN where they are not known.
+        Measured directions of the ends, of any length. NaN if unknown.
     direction_noise : float, optional
-        Standard deviation of their components, in radians, > 0.
+        Standard deviation of the components of the unit directions, in radians, > 0.
     optical_lengths : array_like, (rays,), optional
-        Measured ∫ n ds. NaN where they are not known.
+        Measured ∫ n ds, in scene units. NaN if unknown.
     optical_length_noise : float, optional
-        Their standard deviation, in scene units, > 0.
+        Standard deviation of ``optical_lengths``, in scene units, > 0.
     start : array_like, (nz, ny, nx), optional
-        Samples to start from, of any shape; a uniform ``ambient`` index of the rays by default. The search is on the last grid alone if they have its shape.
+        Initial samples, of any shape; by default the uniform ``ambient`` index of the rays. If they
+        have the shape of the grid, the search uses this grid alone.
     known : array_like of bool, (nz, ny, nx), optional
-        Samples, in the shape of the grid, that keep the value of ``start``. Deflections tell differences of n alone: say where it is that of the
-        surroundings, as at the walls around a jet.
+        Mask of the samples, in the shape of the grid, that keep the value of ``start``. Deflections
+        determine only differences of n: mark samples where n equals the index of the surroundings,
+        as at the walls around a jet.
     lower, upper : float, optional
-        Limits of n, such as that of the surroundings for a gas that is dense. By default a tenth of ``ambient``, and ten times it.
+        Limits of n, such as ``lower`` at the index of the surroundings for a dense gas. By default
+        a tenth of ``ambient`` and ten times ``ambient``.
     smoothness : float, optional
-        Weight of ½∫|∇n|² dV, which is added to ½χ² (Tikhonov): for few views.
+        Weight of ½∫|∇n|² dV, which is added to ½χ² (Tikhonov). Use it with few views.
     total_variation : float, optional
-        Weight of ∫|∇n| dV, which is added to ½χ²: for few views of bodies with edges. Slopes of less than 5 % of the largest count as smooth.
+        Weight of ∫|∇n| dV, which is added to ½χ². Use it with few views of bodies with edges.
+        Slopes below 5 % of the largest slope count as smooth.
     iterations : int, optional
-        At most so many on each grid. They decide how long it takes: each follows half a ray for each sample of the grid, or more when parts have grown.
+        Maximum number of iterations on each grid. It determines the run time: each iteration traces
+        half a ray per sample of the grid, or more after parts have grown.
     replicates : int, optional
-        Estimate the standard deviation of the samples from so many reconstructions, 2 or more, of data that are simulated from what was found, with
-        other noise (parametric bootstrap). Each costs as much as the first. What views, limits and penalties leave open is not part of it.
+        Number of reconstructions, 2 or more, from which the standard deviation of the samples is
+        estimated (parametric bootstrap); 0 for none. They use data that are simulated from the
+        result, with new noise. Each costs as much as the first reconstruction. The deviation does
+        not include what views, limits and penalties leave undetermined.
     checkpoint : str or path, optional
-        A file that is written after each iteration. If it is there, a search of the same data continues from it.
+        File that is written after each iteration. If the file exists, a search with the same data
+        continues from it.
     progress : callable, optional
-        Called with an :class:`Iteration` after each one. What it raises ends the search.
+        Function that is called with an :class:`Iteration` after each iteration. An exception that
+        it raises ends the search.
 
     Returns
     -------
     Reconstruction
-        The index, how well it fits, and why the search ended.
+        The index, its misfit, and the reason for the end of the search.
 
     Raises
     ------
     ReconstructionError
-        No data, data without noise, shapes that do not fit, no measured ray that has an end, a checkpoint of other data, that is damaged, or that
-        cannot be written, or SciPy is missing.
+        No data, data without noise, shapes that do not fit, or no measured ray that has an end. A
+        checkpoint that belongs to other data, is damaged, or cannot be written. SciPy is missing.
 
     Warns
     -----
     SceneWarning
-        More than a tenth of the measured rays have no end in the index that was found.
+        More than a tenth of the measured rays have no end in the resulting index.
 
     Examples
     --------
@@ -394,7 +425,7 @@ def fit(
 
 
 def _check_lost(share: float) -> None:
-    """Refuses an index in which no ray has an end, and warns of one in which many have none."""
+    """Raises an error if no ray has an end in an index, and warns if many rays have none."""
     if share == 1:
         raise ReconstructionError("no measured ray has an end in the index that was found: start from another index, or give lower and upper")
     if share > MANY_LOST:
@@ -416,24 +447,26 @@ def posterior(
     smoothness: float = 0.0,
     prior_deviation: Optional[float] = None,
 ) -> Posterior:
-    """How well data determine the samples of an index: the Gauss–Newton approximation of their posterior distribution.
+    """Gauss–Newton approximation of the posterior distribution of an index, given data.
 
-    Where :func:`fit` gives the most probable samples with a penalty on slopes, this gives their covariance: of noise in the data, and of what too few
-    views leave open. What is assumed beforehand limits the latter: ``smoothness``, as in :func:`fit`, is the assumption that differences of neighbouring
-    samples are Gaussian; ``prior_deviation`` that samples are. Limits and total variation have no part in it.
+    :func:`fit` gives the most probable samples with a penalty on slopes. This function gives their
+    covariance: from noise in the data, and from what too few views leave undetermined. Prior
+    assumptions limit the latter. ``smoothness``, as in :func:`fit`, assumes that differences of
+    neighbouring samples are Gaussian; ``prior_deviation`` assumes that the samples are Gaussian.
+    Limits and total variation have no effect.
 
     Parameters
     ----------
     rays : Rays
         As for :func:`fit`.
     samples : array_like, (nz, ny, nx)
-        What was found, such as :attr:`Reconstruction.samples`.
+        The samples of the result, such as :attr:`Reconstruction.samples`.
     positions, position_noise, directions, direction_noise, optical_lengths, optical_length_noise
-        As for :func:`fit`. Of the data, only which are known matters.
+        As for :func:`fit`. Values of the data have no effect, except which of them are NaN.
     known, smoothness
         As for :func:`fit`.
     prior_deviation : float, optional
-        Standard deviation of all samples before anything is measured, > 0.
+        Standard deviation of all samples before the measurement, > 0.
 
     Returns
     -------
@@ -443,8 +476,8 @@ def posterior(
     Raises
     ------
     ReconstructionError
-        No data, data without noise, shapes that do not fit, nothing that limits what rays do not see, measured rays that have no end, or SciPy
-        is missing.
+        No data, data without noise, or shapes that do not fit. No prior for what rays do not
+        determine. Measured rays that have no end. SciPy is missing.
 
     Examples
     --------
@@ -472,17 +505,20 @@ def posterior(
 
 
 class _Level:
-    """The search on one grid, with all rays or with parts of them in turns: places that are better and better, and χ² per datum there."""
+    """Search on one grid, with all rays or with parts of them in turn. Iteration yields improving
+    samples and χ² per datum there."""
 
     def __init__(self, misfit: _Misfit, stage: _Stage, limits: _Limits, index: Doubles, is_last: bool) -> None:
         rays = misfit.rays
         self.parts, self.has_all = misfit.parts(stage.rays), stage.rays == len(rays)
         self.small = SMALL if is_last else SMALL_COARSE
         self.stopped = ""
-        """Why the search has ended: ``"noise"`` or ``"slow"``."""
+        """Reason for the end of the search: ``"noise"`` or ``"slow"``; empty until it ends."""
         low, high = limits.of(index, rays.ambient, _centers(rays))
         self.start, self.within = np.clip(index, low, high), (low, high)
-        # The filter changes samples far from where data ask for it, which limits would turn into an offset that deflections do not see.
+        # Skip the filter if an offset is undetermined: the filter changes samples far from the
+        # data, and limits would turn these changes into an offset, to which deflections are
+        # insensitive.
         limited = limits.lower is not None or limits.upper is not None
         open_offset = misfit.is_of_slopes and limited and limits.known is None
         self.precondition = np.asarray if open_offset else Filter(index.shape, rays.spacing(index.shape))
@@ -501,7 +537,7 @@ class _Level:
                 scale, flat = self._scales(misfit, index, of_data[1])
             misfit.flat = flat
             value, gradient = misfit.with_penalties(index, of_data)
-            # What rays say that have not been fitted yet tells how far the search has come.
+            # Measure progress by rays that have not been fitted yet.
             if not self.has_all and before - value < TURN * self.small * before:
                 break
             before, found = value, index
@@ -514,14 +550,16 @@ class _Level:
         self.stopped = "slow"
 
     def _scales(self, misfit: _Misfit, index: Doubles, gradient: Doubles) -> Tuple[float, float]:
-        """How far to go first, and what slopes count as flat."""
+        """Returns the scale of the first step, and the slope below which total variation counts as
+        flat."""
         scale, first = descent.first_scale(misfit.of_data, index, gradient, self.precondition)
         if misfit.weights.total_variation == 0:
             return scale, 1.0
         return scale, max(FLAT * penalties.largest_slope(index + first, penalties.lattice_of(misfit.rays, index.shape)), 1e-300)
 
     def _turn(self, misfit: _Misfit, steps: Iterator[Tuple[Doubles, float]]) -> Iterator[Tuple[Doubles, float]]:
-        """The steps with one part of the rays; with all of them until the search has ended."""
+        """Yields the steps with one part of the rays; with all rays, the steps until the search
+        ends."""
         values: List[float] = []
         for index, value in steps:
             values.append(value)
@@ -533,7 +571,8 @@ class _Level:
 
 
 def _is_slow(values: List[float], small: float) -> bool:
-    """Whether a value has fallen by less than a small share in each of the last iterations, on the average."""
+    """True if a value fell, on average over the last iterations, by less than the fraction
+    ``small`` in each."""
     if len(values) <= PATIENCE:
         return False
     before = values[-1 - PATIENCE]
@@ -544,7 +583,7 @@ _Given = Tuple[Optional[ArrayLike], Optional[float]]
 
 
 def _measured(rays: Rays, positions: _Given, directions: _Given, optical_lengths: _Given) -> List[_Measured]:
-    """All kinds of data that are given, at least one."""
+    """Returns all kinds of data that are given, at least one."""
     measured = [
         *_data(rays, "positions", *positions, independent=2),
         *_data(rays, "directions", *directions, independent=2),
@@ -556,7 +595,8 @@ def _measured(rays: Rays, positions: _Given, directions: _Given, optical_lengths
 
 
 def _data(rays: Rays, name: str, values: Optional[ArrayLike], noise: Optional[float], independent: int) -> List[_Measured]:
-    """One kind of data, if it is given. A direction and a position on a plane have two independent components."""
+    """Returns one kind of data if it is given. A direction and a position on a plane have two
+    independent components."""
     word = _noise_of(name)
     if values is None:
         if noise is not None:
@@ -621,7 +661,7 @@ def _shape(shape: Sequence[int]) -> Shape:
 
 
 def _grids(goal: Shape) -> List[Shape]:
-    """From coarse to fine, by factors of two."""
+    """Returns the shapes of grids from coarse to fine, by factors of two."""
     grids = [goal]
     while min(n for n in grids[0] if n > 1) >= 2 * COARSEST if max(goal) > 1 else False:
         nz, ny, nx = (max(1, (n + 1) // 2) for n in grids[0])
@@ -630,7 +670,7 @@ def _grids(goal: Shape) -> List[Shape]:
 
 
 def _resampled(index: Doubles, shape: Shape, centers: bool, order: int = 3) -> Doubles:
-    """Samples of the same box on another grid, by splines."""
+    """Resamples the box on another grid, by splines."""
     if index.shape == shape:
         return index
     zoom = scipy("scipy.ndimage").zoom

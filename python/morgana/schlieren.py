@@ -32,27 +32,32 @@ __all__ = ["Bos", "bos", "fringes", "main", "phase"]
 Source = Union[str, "os.PathLike[str]", Mapping[str, Any]]
 
 STRAIGHT = 1e-6
-"""Pixels by which rounding moves straight rays, at most."""
+"""Upper bound of the displacement of straight rays by rounding, in pixels."""
 RAYS = 16
-"""Rays through each pixel whose displacements are averaged, unless another number is asked for."""
+"""Default number of rays through each pixel whose displacements are averaged."""
 
 
 @comparable
 class Bos(NamedTuple):
-    """What :func:`bos` returns. Rows are from the top, and displacements are in pixels to the right and downwards, as codes for particle images have them."""
+    """Result of :func:`bos`.
+
+    Rows are from the top. Displacements are in pixels to the right and downwards, as particle image
+    velocimetry codes have them."""
 
     flow: Floats
     """The picture with the flow, (height, width, channels)."""
     still: Floats
-    """The picture without it, made of the same rays."""
+    """The picture without the flow, from the same rays."""
     displacement: Doubles
-    """How far the background has moved from ``still`` to ``flow``, at each pixel of ``flow``, (height, width, 2): the mean over the pixel and the lens."""
+    """Displacement of the background from ``still`` to ``flow``, at each pixel of ``flow``,
+    (height, width, 2): the mean over the pixel and the lens."""
     error: Doubles
-    """Standard error of this mean, of the same shape."""
+    """Standard error of ``displacement``, of the same shape."""
     spread: Doubles
-    """Standard deviation of the displacement over the pixel's rays: what finite pixels and lenses blur, of the same shape."""
+    """Standard deviation of the displacement over the rays of a pixel, of the same shape: the blur
+    by finite pixels and lenses."""
     valid: Bools
-    """Where all rays of a pixel reach the background, (height, width)."""
+    """Mask of the pixels whose rays all reach the background, (height, width)."""
 
     def __repr__(self) -> str:
         height, width, _ = self.flow.shape
@@ -61,12 +66,15 @@ class Bos(NamedTuple):
         return f"<morgana.schlieren.Bos of {width} × {height}{most}>"
 
     def write(self, prefix: Union[str, "os.PathLike[str]"]) -> List[str]:
-        """Write ``PREFIX_flow.png`` and ``PREFIX_still.png``, of the same exposure, and ``PREFIX_displacement.npy``, (height, width, 2).
+        """Write both pictures and the displacement.
+
+        Writes ``PREFIX_flow.png`` and ``PREFIX_still.png`` with the same exposure, and
+        ``PREFIX_displacement.npy``, (height, width, 2).
 
         Parameters
         ----------
         prefix : path_like
-            How the names of the files begin.
+            Beginning of the names of the files.
 
         Returns
         -------
@@ -100,27 +108,31 @@ def bos(
     seed: int = 0,
     parameters: Optional[Mapping[str, Define]] = None,
 ) -> Bos:
-    """Render a background with and without a flow before it, and what moved by how much.
+    """Render a background with and without a flow, and its displacement by the flow.
 
-    Both pictures are made of the same rays, so that they differ by the flow alone. The displacement is that of rays, to their tolerance, without
-    noise but for where a pixel's rays go (docs/theory.md#displacement). Windows and water before the background bend rays in both pictures, and do
-    not count; the displacement is then of first order, of a background without steps in depth, and errors and spreads are upper bounds.
+    The flow is in front of the background. Both pictures use the same rays, so that only the flow
+    changes them. The displacement is computed from rays, to their tolerance, without noise except
+    from the random positions of a pixel's rays (docs/theory.md#displacement). Windows and water in
+    front of the background bend rays in both pictures, and do not count. The displacement is then
+    of first order, for a background without steps in depth, and errors and spreads are upper
+    bounds.
 
     Parameters
     ----------
     scene : path_like or mapping
         A scene file, or a dictionary as for :func:`morgana.load_dict`, with a pattern behind the flow.
     still : mapping, optional
-        Parameters of the scene that take the flow away, such as ``{"strength": 0}``. Without them, media whose index varies get a constant
-        one: that against which the volume tells it (``n0``, ``reference``), or else that of what is around.
+        Parameters of the scene that remove the flow, such as ``{"strength": 0}``. Without them,
+        media whose index varies get a constant index: the reference of the volume (``n0``,
+        ``reference``), or else the index of the surroundings.
     spp : int, optional
-        Samples per pixel of both pictures, instead of the scene's number.
+        Samples per pixel of both pictures; by default the scene's number.
     rays : int
         Rays per pixel for the displacement, ≥ 2.
     seed : int
         Seed of the random numbers.
     parameters : mapping, optional
-        Other parameters of the scene.
+        Other parameters of the scene, for both pictures.
 
     Returns
     -------
@@ -130,11 +142,11 @@ def bos(
     Raises
     ------
     SceneError
-        A scene that cannot be read, or without these parameters.
+        A scene that cannot be read or does not have these parameters.
     RenderError
-        Too few rays, or a mapping that names no parameter.
+        Too few rays, or a mapping ``still`` without parameters.
     TypeError
-        A :class:`Scene`, whose parameters cannot change.
+        A :class:`Scene`, whose parameters cannot be changed.
 
     Examples
     --------
@@ -147,7 +159,7 @@ def bos(
         raise RenderError("still names no parameter of the scene that takes the flow away")
     given = dict(parameters or {})
 
-    # All are read before anything is rendered: mistakes are told at once.
+    # Read all scenes before rendering, so that mistakes are reported at once.
     each: List[Mapping[str, Any]] = [{}, {"undisturbed": True} if still is None else still]
     pictures = [_load(scene, {**given, **more}) for more in each]
     followed = [_load(scene, {**given, **more}, integrator="aov", sampler="independent") for more in each]
@@ -158,7 +170,7 @@ def bos(
 
 
 class _Moved(NamedTuple):
-    """Displacements of one scene, against straight rays."""
+    """Displacements of the rays of one scene, relative to straight rays."""
 
     mean: Doubles
     error: Doubles
@@ -167,18 +179,20 @@ class _Moved(NamedTuple):
     @classmethod
     def of(cls, result: Result, rays: int) -> "_Moved":
         valid, layer = result.layers["valid"].mean, result.layers["displacement"]
-        # Rays that are lost count as zero in means.
+        # Divide by the fraction of valid rays: lost rays count as zero in means.
         share = np.maximum(valid.astype(float), 1 / rays)
         return cls(np.asarray(layer.mean / share), np.asarray(layer.error / share), valid[..., 0] == 1)
 
     def against(self, still: "_Moved") -> Tuple[Doubles, Doubles, Bools]:
-        """The displacement against another scene in place of straight rays (docs/theory.md#displacement), its standard error, and where it is known."""
+        """Returns the displacement relative to another scene, its standard error, and the mask of
+        the known values (docs/theory.md#displacement)."""
         valid = self.valid & still.valid
         if np.abs(still.mean).max() < STRAIGHT:
             return self.mean, self.error, valid
         if min(valid.shape) < 2:
             raise RenderError("the scene without the flow bends rays, too: then pictures need at least 2 × 2 pixels")
-        # The map from pixels to where straight rays see the same, of which neighbours tell the derivatives.
+        # Solve with the map from pixels to the straight rays that see the same point. Differences
+        # of neighbours give its derivatives.
         known = np.where(valid[..., None], still.mean, np.nan)
         (xx, xy), (yx, yy) = (-np.asarray(np.gradient(known[..., i], axis=(1, 0))) for i in (0, 1))
         xx, yy = 1 + xx, 1 + yy
@@ -192,17 +206,21 @@ class _Moved(NamedTuple):
 def fringes(
     waves: Union[Result, Image, ArrayLike], *, carrier: Tuple[float, float] = (0.0, 0.0), steps: int = 1, visibility: float = 1.0
 ) -> Doubles:
-    """Fringes of two-beam interference from optical path differences: ½ + ½ V cos 2π(w + c·x + k/N).
+    """Fringes of two-beam interference from optical path differences.
+
+    The intensity is ½ + ½ V cos 2π(w + c·x + k/N).
 
     Parameters
     ----------
     waves : Result, Image or array_like
-        Optical path differences in wavelengths, (height, width): a render by the integrator ``aov`` with a ``wavelength``, its ``.exr`` file
-        as :func:`morgana.read` gives it, or an array. Of renders, rays that are lost do not count.
+        Optical path differences in wavelengths, (height, width): a render by the integrator ``aov``
+        with a ``wavelength``, its ``.exr`` file as :func:`morgana.read` returns it, or an array.
+        Lost rays of renders do not count.
     carrier : two floats
-        Fringes that a tilt of the reference adds across the width and down the height of the image; none for infinite-fringe interferograms.
+        Numbers of fringes that a tilt of the reference adds across the width and down the height of
+        the image; 0 for infinite-fringe interferograms.
     steps : int
-        Number N of images, ≥ 1, between which the reference moves by 1/N of a wavelength.
+        Number N of images, ≥ 1. The reference moves by 1/N of a wavelength between them.
     visibility : float
         Contrast V of the fringes, 0 to 1.
 
@@ -232,7 +250,9 @@ def fringes(
 
 
 def phase(series: ArrayLike) -> Doubles:
-    """The phase of fringes from a series of at least three steps, as :func:`fringes` makes it: that of the N-bucket formula.
+    """Phase of fringes by the N-bucket formula.
+
+    The fringes are a series of at least three steps, as :func:`fringes` makes it.
 
     Parameters
     ----------
@@ -242,7 +262,7 @@ def phase(series: ArrayLike) -> Doubles:
     Returns
     -------
     numpy.ndarray
-        w + c·x in wavelengths, between −½ and ½, (height, width): wrapped.
+        Wrapped phase w + c·x in wavelengths, between −½ and ½, (height, width).
 
     Raises
     ------
@@ -269,7 +289,7 @@ def _load(scene: Source, parameters: Mapping[str, Define], **instead: Any) -> An
 def _waves(waves: Union[Result, Image, ArrayLike]) -> Doubles:
     if isinstance(waves, (Result, Image)):
         path, valid = _quantity(waves, "waves"), _quantity(waves, "valid")
-        # Rays that are lost count as zero in means.
+        # Divide by the fraction of valid rays: lost rays count as zero in means.
         return np.asarray(np.divide(path, valid, out=np.full(path.shape, np.nan), where=valid > 0))
     found: Doubles = numbers(waves, "optical path differences")
     if found.ndim != 2:
@@ -278,11 +298,12 @@ def _waves(waves: Union[Result, Image, ArrayLike]) -> Doubles:
 
 
 def _quantity(render: Union[Result, Image], name: str) -> Doubles:
-    """A quantity of one channel, (height, width)."""
+    """Returns a quantity of one channel, (height, width)."""
     if isinstance(render, Result) and name in render.layers:
         return np.asarray(render.layers[name].mean[..., 0], float)
     if isinstance(render, Image):
-        # Without an image of light, the file has it as a channel of the main layer.
+        # Look for the quantity in the main layer, too: files without an image of light have it
+        # there.
         for layer, channel in [(name, "V"), ("", name)]:
             if channel in render.channels.get(layer, []):
                 return np.asarray(render.layers[layer][..., render.channels[layer].index(channel)], float)
@@ -297,7 +318,7 @@ def _defined(text: str) -> Tuple[str, str]:
 
 
 def _check_folder(prefix: str) -> None:
-    """Refuses a prefix of files in a folder that is not there, before anything is rendered."""
+    """Raises an error, before anything is rendered, if files with this prefix cannot be written."""
     folder = os.path.dirname(prefix) or os.curdir
     if not os.path.isdir(folder):
         raise FileError(f"cannot write '{prefix}_flow.png': there is no folder '{folder}'")
@@ -306,12 +327,12 @@ def _check_folder(prefix: str) -> None:
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
-    """The command ``python -m morgana.schlieren``: a pair of pictures, and the displacement between them, as files.
+    """Run ``python -m morgana.schlieren``: write two pictures, and the displacement between them.
 
     Parameters
     ----------
     arguments : sequence of str, optional
-        Those of the command line if none are given.
+        Arguments; by default those of the command line.
 
     Returns
     -------
@@ -335,7 +356,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         pair = bos(given.scene, still=dict(given.still) if given.still else None, spp=given.spp, rays=given.rays, seed=given.seed, parameters=defines)
         files = pair.write(given.output)
     except Error as error:
-        # What is wrong with scenes has several lines, which begin with what they are.
+        # Print scene errors as they are: they have several lines, which begin with their severity.
         print(error if isinstance(error, SceneError) else f"error: {error}", file=sys.stderr)
         return 1
     moved = np.linalg.norm(pair.displacement[pair.valid], axis=-1)

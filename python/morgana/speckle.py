@@ -1,7 +1,8 @@
-"""Speckle patterns: recorded light of a laser, summed as waves.
+"""Speckle patterns: coherent sums of recorded laser light.
 
-A lens images the surface through which light leaves a sample. Light that came on different ways interferes there: :func:`pattern` sums the
-paths in :class:`morgana.Records` with the phases of their optical lengths. Speckles that move are the matter of :mod:`morgana.correlation`.
+A lens images the surface through which light leaves a sample. Light from different paths interferes
+there: :func:`pattern` sums the paths in :class:`morgana.Records` with the phases of their optical
+lengths. For moving speckle, see :mod:`morgana.correlation`.
 
 Theory: docs/theory.md#speckle-patterns.
 
@@ -28,29 +29,37 @@ __all__ = ["Pattern", "pattern"]
 Doubles = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 AT_ONCE = 4096
-"""Records whose waves are summed in one product of matrices."""
+"""Number of records whose waves are summed in one matrix product."""
 FOCUS = 0.05
-"""Heights above the plane, by λ/NA², that turn phases of marginal rays by less than a sixth of a radian: they are in focus."""
+"""Height above the plane, in units of λ/NA², up to which light is in focus: it changes phases of
+marginal rays by less than a sixth of a radian."""
 
 
 @comparable
 class Pattern(NamedTuple):
-    """A speckle pattern. Each is one sample of a random intensity: it has statistics, but no errors."""
+    """Speckle pattern.
+
+    A pattern is one sample of a random intensity: it has statistics, but no errors."""
 
     intensity: Doubles
-    """Power per area of the surface, (rows, columns), in the centres of pixels. The sum over pixels, times their area, is about ``power``."""
+    """Power per area of the surface, (rows, columns), at the centres of pixels. The sum over
+    pixels, times their area, is about ``power``."""
     x: Doubles
-    """Of the columns, along ``right`` from the centre, ascending."""
+    """Positions of the columns, along ``right`` from the centre, ascending."""
     y: Doubles
-    """Of the rows, along ``up`` from the centre, ascending."""
+    """Positions of the rows, along ``up`` from the centre, ascending."""
     power: float
-    """Of the paths that were summed: those that pass within the pattern, in directions that the lens accepts."""
+    """Power of the summed paths: those that pass within the pattern, in directions that the lens
+    accepts."""
     paths_per_speckle: float
-    """Effective number of paths for each area of coherence, λ²/(π NA²). The contrast of a pattern of few paths is wrong by a share of some 1/(2 ``paths_per_speckle``)."""
+    """Effective number of paths per coherence area, λ²/(π NA²). A finite number of paths changes
+    the contrast by a fraction of about 1/(2 ``paths_per_speckle``)."""
 
     @property
     def contrast(self) -> float:
-        """Standard deviation of the intensity over its mean: 1 where phases are random and light is everywhere alike."""
+        """Standard deviation of the intensity over its mean.
+
+        It is 1 for random phases and uniform illumination."""
         return float(self.intensity.std() / self.intensity.mean())
 
     def __repr__(self) -> str:
@@ -71,19 +80,20 @@ def pattern(
     index: float = 1.0,
     channel: int = 0,
 ) -> Pattern:
-    """The speckle pattern that a lens images from a surface.
+    """Speckle pattern that a lens images from a surface.
 
-    Each path is a coherent source where it passes the surface, with the root of its weight as amplitude and the phase 2π/λ times its optical
-    length; the lens limits the spatial frequencies of the field to NA/λ. The pattern is periodic: what the lens spreads beyond an edge comes
-    back at the opposite one. Light has one polarisation.
+    Each path is a coherent source at its position on the surface. Its amplitude is the root of its
+    weight, and its phase is 2π/λ times its optical length. The lens limits the spatial frequencies
+    of the field to NA/λ. The pattern is periodic: light that the lens spreads beyond an edge
+    reappears at the opposite edge. Light has one polarisation.
 
     Parameters
     ----------
     records : Records
-        Records of light through a plane surface. Their ``optical_length`` must be good to a part of the wavelength: mind the tolerance
-        of rays where the index varies.
+        Records of light through a plane surface. Their ``optical_length`` must be accurate to a
+        fraction of the wavelength: check the tolerance of rays where the index varies.
     shape : (int, int)
-        Rows and columns.
+        Numbers of rows and columns.
     pixel : float
         Width of a pixel on the surface in scene units, at most λ/(4 NA), so that pixels resolve speckles.
     wavelength : float
@@ -102,13 +112,13 @@ def pattern(
     Returns
     -------
     Pattern
-        Intensity, and how many paths make it.
+        Intensity, and the number of paths that contribute.
 
     Raises
     ------
     ValueError
-        A number out of range, axes that are not at right angles, no light that the lens accepts, or light that does not pass in the plane through
-        ``center``.
+        A number out of range, axes that are not at right angles, no light that the lens accepts, or
+        light that does not pass in the plane through ``center``.
 
     Examples
     --------
@@ -145,7 +155,7 @@ def pattern(
 
 
 def _shape(shape: Any) -> Tuple[int, int]:
-    """Rows and columns."""
+    """Returns the numbers of rows and columns."""
     try:
         rows, columns = (operator.index(count) for count in shape)
     except (TypeError, ValueError):
@@ -156,7 +166,7 @@ def _shape(shape: Any) -> Tuple[int, int]:
 
 
 def _check_plane(height: Doubles, most: float) -> None:
-    """Refuses light that passes beside the plane of the pattern."""
+    """Raises an error if light passes outside the plane of the pattern."""
     if np.ptp(height) > 2 * most:
         raise ValueError(
             f"records must be of light through a plane, but those within the pattern pass at heights from {height.min():.6g} to {height.max():.6g} "
@@ -167,7 +177,7 @@ def _check_plane(height: Doubles, most: float) -> None:
 
 
 def _axes(right: ArrayLike, up: ArrayLike) -> Doubles:
-    """Unit vectors along rows and columns, and towards the lens."""
+    """Returns unit vectors along rows and columns, and towards the lens."""
     a, b = vectors(right, "right"), vectors(up, "up")
     if a.shape != (3,) or b.shape != (3,) or not (np.linalg.norm(a) > 0 and np.linalg.norm(b) > 0):
         raise ValueError("right and up must be vectors of three numbers, not zero")
@@ -182,15 +192,17 @@ def _centers(count: int, pixel: float) -> Doubles:
 
 
 def _imaged(amplitude: Complexes, x: Doubles, y: Doubles, shape: Tuple[int, int], pixel: float, cutoff: float) -> Complexes:
-    """The field of point sources in the centres of pixels, (rows, columns), of spatial frequencies up to `cutoff`. The |field|² of
-    one source of amplitude 1 has the integral 1."""
+    """Returns the field of point sources at the centres of pixels, (rows, columns), for spatial
+    frequencies up to `cutoff`.
+
+    The integral of |field|² is 1 for one source of amplitude 1."""
     rows, columns = (np.fft.fftfreq(count, pixel) for count in shape)
     row, column = (np.flatnonzero(np.abs(frequencies) <= cutoff) for frequencies in (rows, columns))
     in_pupil = np.hypot(rows[row, None], columns[column]) <= cutoff
     passed = np.zeros(in_pupil.shape, complex)
     for first in range(0, len(amplitude), AT_ONCE):
         part = slice(first, first + AT_ONCE)
-        # From the centre of the first pixel on, where the discrete transform begins.
+        # Measure positions from the centre of the first pixel, where the discrete transform begins.
         along = np.exp(-2j * np.pi * np.outer(columns[column], x[part] - _centers(shape[1], pixel)[0]))
         across = np.exp(-2j * np.pi * np.outer(rows[row], y[part] - _centers(shape[0], pixel)[0]))
         passed += (across * amplitude[part]) @ along.T

@@ -5,9 +5,9 @@
     >>> plot.profile(result, "column", row=24)
     >>> plot.slice(measured.meters["fluence"], "xz", y=0, unit="mm")
 
-Every function draws into ``ax``, by default the current axes of pyplot, and returns Matplotlib's artist, whose ``axes`` and
-``figure`` are where it is. Names of coordinates (``row``, ``x``, ``opl``) choose where to cut. Error bars and bands are one
-standard error to either side.
+Every function draws in ``ax``, by default the current axes of pyplot, and returns Matplotlib's
+artist. The artist's ``axes`` and ``figure`` contain it. Names of coordinates (``row``, ``x``,
+``opl``) select the position of a cut. Error bars and bands show one standard error to either side.
 
 ``unit`` is the name of the scene's unit of length, such as ``"mm"``, for labels.
 """

@@ -1,4 +1,4 @@
-"""Values along a line."""
+"""Figures of values along a line."""
 
 from __future__ import annotations
 
@@ -27,16 +27,18 @@ def profile(
     ax: Optional[Axes] = None,
     **at: float,
 ) -> Line2D:
-    """Draw values along a line of pixels or cells, within a band of one standard error to either side if errors are known.
+    """Draw values along a line of pixels or cells.
 
-    Circles mark values whose errors cannot be trusted (``few``).
+    A band shows one standard error to either side, if errors are known.
+
+    Circles mark values whose errors are unreliable (``few``).
 
     Parameters
     ----------
     source : Result, Image, Reading or array_like
-        A picture, whose axes are ``row`` and ``column``, or a ``Reading`` with axes of its own.
+        A picture, with the axes ``row`` and ``column``, or a ``Reading`` with its own axes.
     along : str
-        The axis to follow.
+        Axis of the line.
     layer : str, optional
         As for :func:`plot.image` and :func:`plot.slice`.
     channel : str or int, optional
@@ -46,9 +48,9 @@ def profile(
     unit : str, optional
         Name of the scene's unit of length.
     ax : matplotlib.axes.Axes, optional
-        Where to draw.
+        Axes to draw in; by default new ones.
     **at : float
-        For each other axis with more than one bin a value in the bin to follow: ``row=24``, or ``x=0, y=0``.
+        Position on each other axis that has more than one bin: ``row=24``, or ``x=0, y=0``.
 
     Returns
     -------
@@ -58,7 +60,7 @@ def profile(
     Raises
     ------
     PlotError
-        There are no such axes, or values outside them.
+        No such axes, or values outside them.
 
     Examples
     --------
@@ -88,17 +90,19 @@ def histogram(
     ax: Optional[Axes] = None,
     **at: float,
 ) -> StepPatch:
-    """Draw light over bins of optical length, time or another axis, per unit of this axis, with bars of one standard error.
+    """Draw light over bins of optical length, time or another axis, per unit of this axis.
 
-    The area under the steps is the light in all bins. Of tagged light it is ``total``, of Stokes parameters S0. Circles mark bins whose
-    errors cannot be trusted (``few``).
+    Bars show one standard error.
+
+    The area under the steps is the light in all bins. Of tagged light, it is ``total``; of Stokes
+    parameters, S0. Circles mark bins whose errors are unreliable (``few``).
 
     Parameters
     ----------
     source : Result, Image or Reading
         A picture whose film has a ``decomposition``, or a ``Reading`` whose values are sums over bins.
     along : str, optional
-        The axis. A picture has one, ``length`` or ``time``; of a reading it is ``opl`` by default.
+        The axis. A picture has one, ``length`` or ``time``; for a reading, the default is ``opl``.
     channel : str or int, optional
         As for :func:`profile`.
     label : str, optional
@@ -108,8 +112,9 @@ def histogram(
     ax : matplotlib.axes.Axes, optional
         As for :func:`profile`.
     **at : float
-        Of a picture, a pixel: ``row=20, column=30``; by default the mean over the image, without error bars because pixels
-        may share paths. Of a reading, a value for each other axis with more than one bin: ``side=1``.
+        Of a picture, a pixel: ``row=20, column=30``. The default is the mean over the image,
+        without error bars because pixels may share paths. Of a reading, a position on each other
+        axis that has more than one bin: ``side=1``.
 
     Returns
     -------
@@ -119,7 +124,7 @@ def histogram(
     Raises
     ------
     PlotError
-        There are no such bins, or values outside them.
+        No such bins, or values outside them.
 
     Examples
     --------
@@ -146,13 +151,13 @@ def histogram(
 
 
 def _mark(ax: Axes, of: Table, x: Doubles, y: Doubles, colour: Any) -> None:
-    """Circles around values whose errors cannot be trusted."""
+    """Draws circles around values whose errors are unreliable."""
     if of.few is not None and of.few.any():
         ax.plot(x[of.few], y[of.few], "o", markerfacecolor="none", color=colour, markersize=4, label="_few")
 
 
 def _whole(of: Table) -> Tuple[Table, Dict[str, float]]:
-    """The mean over pixels."""
+    """Returns the mean over pixels, and no cuts."""
     kept = {a: None if a in ("row", "column") else edges for a, edges in of.axes.items()}
     return Table(of.mean.mean((1, 2), keepdims=True), None, kept, of.name, of.unit), {}
 

@@ -1,4 +1,4 @@
-"""What is written along axes, and bars of colours."""
+"""Labels of axes, and colour bars."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from matplotlib.colors import Colormap
 LENGTHS = {"length": "optical path length", "opl": "optical path length", "x": "x", "y": "y", "z": "z", "r": "r"}
 
 BAD = "0.85"
-"""Of values that a scale cannot show."""
+"""Grey level of values that a scale cannot show."""
 
 
 def axes(ax: Optional[Axes]) -> Axes:
-    """The axes to draw into."""
+    """Returns the axes to draw in."""
     return plt.gca() if ax is None else ax
 
 
 def along(axis: str, unit: Optional[str]) -> str:
-    """The label of an axis."""
+    """Returns the label of an axis."""
     if axis in ("row", "column"):
         return f"{axis} (pixels)"
     if axis in LENGTHS:
@@ -31,7 +31,8 @@ def along(axis: str, unit: Optional[str]) -> str:
 
 
 def quantity(name: str, of_unit: str, unit: Optional[str]) -> str:
-    """A quantity with its unit, such as W/unit^2, in which ``unit`` is that of length."""
+    """Returns a quantity with its unit, such as W/unit^2, in which ``unit`` stands for the unit of
+    length."""
     text = of_unit.replace("unit", unit or "unit").replace("^2", "²").replace("^3", "³")
     if not name or not text:
         return name or text
@@ -39,10 +40,10 @@ def quantity(name: str, of_unit: str, unit: Optional[str]) -> str:
 
 
 def colours(name: str = "viridis") -> Colormap:
-    """A map of colours in which values that a scale cannot show are grey."""
+    """Returns a colour map in which values that a scale cannot show are grey."""
     return colormaps[name].with_extremes(bad=BAD)
 
 
 def colour_bar(artist: ScalarMappable, ax: Axes, label: str) -> Any:
-    """A bar of colours beside the axes."""
+    """Draws a colour bar beside the axes."""
     return ax.figure.colorbar(artist, ax=ax, label=label)

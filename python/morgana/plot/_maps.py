@@ -1,4 +1,4 @@
-"""Values in a plane, in colours."""
+"""Figures of values in a plane, in colours."""
 
 from __future__ import annotations
 
@@ -37,21 +37,21 @@ def image(
     ----------
     picture : Result, Image, Reading or array_like
         A ``Result``, an ``Image``, or an array of shape (height, width) or (height, width, channels).
-    layer : str, optional
+    Name of a layer of light, or of a file; by default the main layer.
         Name of a layer of light, or of a file.
     channel : str or int, optional
         Name of a channel; by default the mean over channels.
     show : {"mean", "error", "relative error", "few"}, optional
-        ``"mean"``, ``"error"`` or ``"relative error"``: values, standard errors, or these by the values; ``"few"``: 1 where
-        errors cannot be trusted, else 0.
+        Values (``"mean"``), standard errors (``"error"``), or errors relative to values
+        (``"relative error"``); ``"few"``: 1 where errors are unreliable, else 0.
     log : bool, optional
-        Whether colours are logarithmic; values that are not positive are grey then.
+        Use a logarithmic scale of colours; values that are not positive are grey.
     limits : (float, float), optional
         Values of the first and last colour.
     label : str, optional
         Name of the quantity, with its unit.
     ax : matplotlib.axes.Axes, optional
-        Where to draw.
+        Axes to draw in; by default new ones.
 
     Returns
     -------
@@ -61,7 +61,7 @@ def image(
     Raises
     ------
     PlotError
-        There is no such layer, channel or error, or nothing positive for a logarithmic scale.
+        No such layer, channel or error, or no positive value for a logarithmic scale.
 
     Examples
     --------
@@ -92,14 +92,14 @@ def slice(
     ax: Optional[Axes] = None,
     **at: float,
 ) -> QuadMesh:
-    """Show what a meter has read in a plane, with axes in scene units.
+    """Show a meter's reading in a plane, with axes in scene units.
 
     Parameters
     ----------
     reading : Reading
         From ``Result.meters``.
     plane : str
-        The axes to the right and upwards, such as ``"xz"`` or ``"zr"``.
+        Axes to the right and upwards, such as ``"xz"`` or ``"zr"``.
     channel : int, optional
         Number of a channel; by default the mean over channels.
     show : {"mean", "error", "relative error", "few"}, optional
@@ -109,13 +109,14 @@ def slice(
     limits : (float, float), optional
         As for :func:`image`.
     label : str, optional
-        Name of the quantity; its unit is that of the reading.
+        Name of the quantity; its unit is the unit of the reading.
     unit : str, optional
         Name of the scene's unit of length.
     ax : matplotlib.axes.Axes, optional
-        Where to draw.
+        Axes to draw in; by default new ones.
     **at : float
-        For each other axis with more than one bin a value in the bin to show, such as ``y=0``.
+        Position on each other axis that has more than one bin, such as ``y=0``; the bin there is
+        shown.
 
     Returns
     -------
@@ -125,7 +126,7 @@ def slice(
     Raises
     ------
     PlotError
-        There are no such axes, values outside them, or nothing positive for a logarithmic scale.
+        No such axes, values outside them, or no positive value for a logarithmic scale.
 
     Examples
     --------
@@ -151,24 +152,25 @@ def field(
     ax: Optional[Axes] = None,
     **where: Where,
 ) -> QuadMesh:
-    """Show a refractive index in a plane; rays can be drawn on top by :func:`rays`.
+    """Show a refractive index in a plane; :func:`rays` can draw rays on top.
 
     Parameters
     ----------
     index : Field
         From ``Scene.fields`` or :func:`morgana.load_field`.
     plane : str
-        The axes to the right and upwards: two of ``x``, ``y``, ``z``.
+        Axes to the right and upwards: two of ``x``, ``y``, ``z``.
     reference : float, optional
-        Show Δn = n − reference instead of n, white where it is zero.
+        Show Δn = n − reference instead of n, with white at zero.
     resolution : int, optional
         Number of samples along each axis.
     unit : str, optional
         Name of the scene's unit of length.
     ax : matplotlib.axes.Axes, optional
-        Where to draw.
+        Axes to draw in; by default new ones.
     **where : float or (float, float)
-        Limits of both axes, and the place of the third (0 by default): ``x=(-1, 1), z=(0, 5), y=0.2``.
+        Limits of both axes, and the position on the third axis (0 by default): ``x=(-1, 1), z=(0,
+        5), y=0.2``.
 
     Returns
     -------
@@ -178,7 +180,7 @@ def field(
     Raises
     ------
     PlotError
-        Limits are missing, or no such axes.
+        Limits are missing, or there are no such axes.
 
     Examples
     --------
@@ -222,7 +224,7 @@ def _shown(of: Table, show: str) -> Doubles:
         raise PlotError("errors are not known: take more samples, or a picture with its variance")
     if show == "error":
         return of.error
-    # Where nothing has arrived the relative error is unknown.
+    # Set the relative error to NaN where no light arrived.
     relative: Doubles = np.divide(of.error, of.mean, out=np.full(of.mean.shape, np.nan), where=of.mean != 0)
     return relative
 
@@ -276,7 +278,7 @@ def _limits(axis: str, where: Dict[str, Where], resolution: int) -> Doubles:
 
 
 def _points(right: str, up: str, edges: Tuple[Doubles, Doubles], where: Dict[str, Where]) -> Doubles:
-    """Middles of cells, (up, right, 3)."""
+    """Returns the centres of cells, (up, right, 3)."""
     for axis in (*where, right, up):
         if axis not in ("x", "y", "z"):
             raise PlotError(f"{axis!r} is no axis of space: x, y, z")

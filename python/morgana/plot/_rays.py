@@ -1,4 +1,4 @@
-"""Rays, and where they arrive."""
+"""Figures of rays, and of the points where they arrive."""
 
 from __future__ import annotations
 
@@ -23,20 +23,21 @@ def rays(
     unit: Optional[str] = None,
     ax: Optional[Axes] = None,
 ) -> LineCollection:
-    """Draw rays as seen along the axis across a plane.
+    """Draw rays, projected along the axis across a plane.
 
     Parameters
     ----------
     lines : Rays or sequence of array_like
-        From :func:`morgana.trace`, or arrays of points (points, 3).
+        Rays from :func:`morgana.trace`, or arrays of points (points, 3).
     plane : str
-        The axes to the right and upwards: two of ``x``, ``y``, ``z``.
+        Axes to the right and upwards: two of ``x``, ``y``, ``z``.
     color : str, optional
-        Of all rays.
+        Colour of all rays.
     unit : str, optional
         Name of the scene's unit of length.
     ax : matplotlib.axes.Axes, optional
-        Where to draw, such as the axes of a :func:`field`, whose limits are kept.
+        Axes to draw in, such as the axes of a :func:`field`, whose limits are kept; by default new
+        ones.
 
     Returns
     -------
@@ -78,23 +79,26 @@ def spots(
     ax: Optional[Axes] = None,
     **at: float,
 ) -> PathCollection:
-    """Draw a spot diagram: the points where rays arrive, around their mean, with their root mean square radius as the title.
+    """Draw a spot diagram of the points where rays arrive, around their mean.
+
+    The title gives the root mean square radius.
 
     Parameters
     ----------
     arrivals : RayEnds or array_like
-        Rays from :func:`morgana.trace`, also with ``paths=False``, of which the lost ones are left out; or points (rays, 3).
+        Rays from :func:`morgana.trace`, also with ``paths=False``, or points (rays, 3). Lost rays
+        are left out.
     plane : str, optional
-        The axes to the right and upwards: two of ``x``, ``y``, ``z``.
+        Axes to the right and upwards: two of ``x``, ``y``, ``z``.
     label : str, optional
         Name of the spots in a legend.
     unit : str, optional
         Name of the scene's unit of length.
     ax : matplotlib.axes.Axes, optional
-        Where to draw.
+        Axes to draw in; by default new ones.
     **at : float
-        The third axis' value, such as ``z=30``: rays are moved along their last directions, straight on, to where it has this
-        value. By default spots are where rays have ended.
+        Value of the third axis, such as ``z=30``. The rays are extended straight along their last
+        directions to this value. By default, spots are the ends of the rays.
 
     Returns
     -------
@@ -104,7 +108,7 @@ def spots(
     Raises
     ------
     PlotError
-        No such plane, no rays, rays along the plane, or points in place of rays that are to be moved.
+        No such plane, no rays, rays along the plane, or ``at`` for points instead of rays.
 
     Examples
     --------

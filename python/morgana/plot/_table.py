@@ -1,4 +1,4 @@
-"""Values over named axes: what all sources of figures are turned into."""
+"""Tables of values over named axes, to which all sources of figures are converted."""
 
 from __future__ import annotations
 
@@ -22,26 +22,26 @@ Channel = Union[str, int, None]
 
 
 class PlotError(Error, ValueError):
-    """A figure that cannot be drawn as it was asked for."""
+    """A figure that cannot be drawn as requested."""
 
 
 class Table(NamedTuple):
-    """Values, their errors, and where they are."""
+    """Values over named axes, with their errors."""
 
     mean: Doubles
     error: Optional[Doubles]
-    """Standard errors, of the shape of ``mean``, if they are known."""
+    """Standard errors, of the shape of ``mean``; ``None`` if unknown."""
     axes: Dict[str, Optional[Doubles]]
-    """Edges of bins, the slowest axis first; ``None`` for axes whose items are only counted."""
+    """Edges of bins by axis, the slowest axis first; ``None`` for axes with numbered items."""
     name: str
-    """The quantity, or nothing."""
+    """Name of the quantity; may be empty."""
     unit: str
-    """Its unit, with ``unit`` for that of length, or nothing."""
+    """Unit of the quantity, in which ``unit`` stands for the unit of length; may be empty."""
     few: Optional[Bools] = None
-    """Where the errors cannot be trusted, of the shape of ``mean``, if that is known."""
+    """Mask of the unreliable errors, of the shape of ``mean``; ``None`` if unknown."""
 
     def edges(self, axis: str) -> Doubles:
-        """Edges of an axis, or an error that names those there are."""
+        """Returns the edges of an axis, or raises an error that lists the axes with edges."""
         edges = self.axes.get(axis)
         if edges is None:
             known = ", ".join(repr(name) for name, edges in self.axes.items() if edges is not None)
@@ -49,8 +49,8 @@ class Table(NamedTuple):
         return edges
 
     def cut(self, keep: Tuple[str, ...], at: Mapping[str, float]) -> Table:
-        """The table over the axes ``keep``, in this order; each other axis is cut at its value in ``at``, an axis of one
-        bin there."""
+        """Returns the table over the axes ``keep``, in this order. Each other axis is cut at its
+        value in ``at``, or at its only bin."""
         for axis in keep:
             self.edges(axis)
         for axis in at:
@@ -65,7 +65,7 @@ class Table(NamedTuple):
         return self._replace(mean=self.mean[index].transpose(order), error=error, few=few, axes=axes)
 
     def where(self, at: Mapping[str, float]) -> str:
-        """In words, the bins that ``at`` chooses."""
+        """Describes the bins that ``at`` selects."""
         return ", ".join(self._place(axis, value) for axis, value in at.items())
 
     def _bin(self, axis: str, value: Optional[float]) -> int:
@@ -90,7 +90,8 @@ class Table(NamedTuple):
 
 
 def table(source: Source, layer: str = "", channel: Channel = None) -> Table:
-    """A picture over ``row`` and ``column``, or a reading over its own axes. Without a channel, the mean over channels."""
+    """Returns a picture over ``row`` and ``column``, or a reading over its own axes. Without a
+    channel, takes the mean over channels."""
     if isinstance(source, Reading):
         if layer:
             raise PlotError("readings of meters have no layers")
@@ -101,7 +102,7 @@ def table(source: Source, layer: str = "", channel: Channel = None) -> Table:
     if isinstance(source, (str, os.PathLike)):
         raise PlotError(f"a file is not a picture: give morgana.read({os.fspath(source)!r})")
     mean, variance, few, names = _layer(source, layer)
-    # A single sample knows no error.
+    # Omit errors from single samples, whose variance is infinite.
     error = np.sqrt(variance) if variance is not None and np.isfinite(variance).all() else None
     axes = {"row": np.arange(mean.shape[0] + 1) - 0.5, "column": np.arange(mean.shape[1] + 1) - 0.5}
     is_light = channel is None or channel in ("R", "G", "B", "Y") or str(channel).endswith("nm")
@@ -110,7 +111,7 @@ def table(source: Source, layer: str = "", channel: Channel = None) -> Table:
 
 
 def binned(picture: Union[Result, Image], channel: Channel) -> Table:
-    """The light of a picture over optical length or time, row and column."""
+    """Returns the light of a picture over optical length or time, row and column."""
     bins = bins_of(picture)
     if bins is None:
         raise PlotError("the picture has no bins of length or time: give its film a 'decomposition'")
@@ -124,7 +125,7 @@ def binned(picture: Union[Result, Image], channel: Channel) -> Table:
 
 
 def _sum(picture: Union[Result, Image], names: List[str], channel: Channel) -> Table:
-    """Some layers together. They share paths: the sum of their errors is an upper bound."""
+    """Adds up layers. They share paths, so that the sum of their errors is an upper bound."""
     if not names:
         raise PlotError("the picture has no layers for some of its bins of length or time")
     tables = [table(picture, name, channel) for name in names]
@@ -136,7 +137,8 @@ def _sum(picture: Union[Result, Image], names: List[str], channel: Channel) -> T
 
 
 def _layer(picture: Any, layer: str) -> Tuple[Doubles, Optional[Doubles], Optional[Bools], List[str]]:
-    """Means, variances and where these cannot be trusted (height, width, channels), and names of the channels."""
+    """Returns means, variances, the mask of unreliable variances (height, width, channels), and
+    names of the channels."""
     if isinstance(picture, Result):
         if layer and layer not in picture.layers:
             raise _unknown(layer, picture.layers)
@@ -162,8 +164,8 @@ def _unknown(layer: str, layers: Mapping[str, Any]) -> PlotError:
 
 
 def _flat(full: Table, names: Optional[List[str]], channel: Channel) -> Table:
-    """Without the last axis, that of channels, if there is one. Channels share paths: the mean of their errors is an
-    upper bound of that of their mean."""
+    """Removes the last axis, of channels, if there is one. Channels share paths, so that the mean
+    of their errors is an upper bound of the error of their mean."""
     if names is None:
         if channel is not None:
             raise PlotError("there is but one channel: leave channel out")
