@@ -1,4 +1,4 @@
-//! The rays between two points.
+//! Rays between two points.
 
 use crate::errors;
 use crate::numbers::Rows;
@@ -7,7 +7,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyType;
 use transport::trace::{Branch, branches};
 
-/// A ray between two points, as ``morgana.connect`` finds it. Rays can be pickled, and compared with ``==``.
+/// A ray between two points, found by ``morgana.connect``. Rays can be pickled, and compared with
+/// ``==``.
 #[pyclass(frozen, get_all, eq, module = "morgana")]
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ray {
@@ -19,16 +20,16 @@ pub struct Ray {
     arc_length: f64,
     /// Optical path length ∫ n ds, in scene units.
     optical_length: f64,
-    /// Cross section of the ray tube at the second point by solid angle at the first, dA⊥/dΩ, in square scene units per sr;
-    /// d² for a straight ray of length d.
+    /// Cross section of the ray tube at the second point per solid angle at the first, dA⊥/dΩ, in
+    /// square scene units per sr; d² for a straight ray of length d.
     jacobian: f64,
     /// Transmittance of each channel, 0 to 1, a list of float.
     transmittance: Vec<f64>,
-    /// Number of reflections where the ray could have been refracted.
+    /// Number of reflections where refraction was possible.
     reflections: u32,
-    /// Whether something stands in the way of the ray.
+    /// True if an object blocks the ray.
     occluded: bool,
-    /// Whether the ray is the primary one, which is found from a fixed start.
+    /// True for the primary ray, which is found from a fixed start.
     primary: bool,
 }
 
@@ -49,7 +50,7 @@ impl Ray {
     }
 }
 
-/// The values of a ray, in the order of its attributes.
+/// Values of a ray, in the order of its attributes.
 type RayValues = ([f64; 3], [f64; 3], f64, f64, f64, Vec<f64>, u32, bool, bool);
 
 #[pymethods]
@@ -94,7 +95,8 @@ impl Ray {
     }
 }
 
-/// The rays between two points, why there is no primary one, and whether there is certainly at most one.
+/// Finds the rays between two points. Returns them, the reason if there is no primary ray, and true
+/// if there is certainly at most one ray.
 #[pyfunction]
 pub fn connect(
     py: Python<'_>,

@@ -1,4 +1,4 @@
-//! Denoising, by a denoiser that Python calls.
+//! Denoising by a denoiser that Python calls.
 
 use crate::errors;
 use crate::image::{Attributes, Given, Values, image, layer_values};
@@ -10,8 +10,9 @@ use numpy::{AllowTypeChange, PyArrayDyn, PyArrayLike3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// Denoised values, their differences from the estimate in standard errors, the shares of values that were moved by more than
-/// three of them and that have none, and attributes.
+/// Denoised values, their differences from the estimate in standard errors, and attributes. The
+/// fractions are of values that changed by more than three standard errors, and of changed values
+/// without a standard error.
 type Found<'py> = (
     Values<'py>,
     Option<Values<'py>>,
@@ -19,8 +20,9 @@ type Found<'py> = (
     Attributes,
 );
 
-/// Denoises an image by a function of colours and a dictionary of guides, both arrays (height, width, 3). `given` names the
-/// layers `albedo`, `normal` and `error` that the user has given; `guides` tells whether other layers may guide the denoiser.
+/// Denoises an image by a function of colours and a dictionary of guides, both arrays (height,
+/// width, 3). `given` names the layers `albedo`, `normal` and `error` that the user passed; if
+/// `guides` is true, other layers may guide the denoiser.
 #[pyfunction]
 pub fn denoise<'py>(
     py: Python<'py>,
@@ -75,7 +77,7 @@ fn colours<'py>(py: Python<'py>, image: &RgbImage) -> PyResult<Bound<'py, PyArra
     array(py, values, &[image.height, image.width, 3])
 }
 
-/// An image that the denoiser has returned.
+/// Converts an image that the denoiser returned.
 fn answered(returned: &Bound<'_, PyAny>) -> PyResult<RgbImage> {
     let values: PyArrayLike3<'_, f32, AllowTypeChange> = returned.extract()?;
     let [height, width, 3] = *values.shape() else {

@@ -1,4 +1,4 @@
-//! Derivatives of pictures and of readings by what their scenes are made of.
+//! Derivatives of pictures and of readings by parameters of their scenes.
 
 use crate::errors;
 use crate::limits::Limits;
@@ -21,10 +21,10 @@ use transport::render::{
     check_parameters, derivatives, meter_derivatives,
 };
 
-/// Values and standard errors.
+/// Arrays of values and of their standard errors.
 pub(crate) type Doubles<'py> = (Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<f64>>);
 
-/// A dictionary of what light is differentiated by.
+/// Dictionary of the parameters of the derivatives, and of the integrator.
 #[derive(Clone, Debug, FromPyObject)]
 #[pyo3(from_item_all)]
 pub struct By {
@@ -40,7 +40,7 @@ impl By {
         parameters.map(|name| parameter(loaded, name)).collect()
     }
 
-    /// What finds the light of a picture.
+    /// Returns the integrator that computes the light of a picture.
     fn integrator(&self, limits: &Limits, loaded: &Loaded) -> PyResult<Integrator> {
         let run = limits.run_by(loaded, self.integrator.as_deref())?;
         run.renderer.integrator().copied().ok_or_else(|| {
@@ -52,7 +52,7 @@ impl By {
     }
 }
 
-/// Finds out whether light has derivatives by parameters, before anything is rendered.
+/// Checks, before any rendering, that light has derivatives by the parameters.
 #[pyfunction]
 pub fn check_derivatives(scene: Py<Scene>, limits: Limits, by: By) -> PyResult<()> {
     let loaded = &scene.get().loaded;
@@ -65,8 +65,10 @@ pub fn check_derivatives(scene: Py<Scene>, limits: Limits, by: By) -> PyResult<(
     check_parameters(&loaded.groups, &parameters, integrator).map_err(|e| refused(loaded, &e))
 }
 
-/// Derivatives of Σ weights × picture, or × readings, by parameters. Weights are those of a picture; or, if they are `layered`, of all its layers,
-/// one after the other; or of each reading of meters, empty for those that do not count.
+/// Computes derivatives of Σ weights × picture, or × readings, by parameters.
+///
+/// For a picture, `weights` has one array: for the picture, or, if `layered`, for all its layers in
+/// sequence. For meters, `weights` has one array per reading, empty for readings without weights.
 #[pyfunction]
 pub fn differentiate<'py>(
     py: Python<'py>,
@@ -90,7 +92,7 @@ pub fn differentiate<'py>(
         Work::Picture(integrator) => {
             let mut decomposition = loaded.layering.decomposition;
             if !layered {
-                // The whole picture, which is another one where light is polarised.
+                // Select the whole picture. For polarised light, this keeps the Stokes parameters.
                 let parts = decomposition.parts.filter(|p| *p == LightParts::Stokes);
                 decomposition = Decomposition {
                     parts,
@@ -116,8 +118,8 @@ pub fn differentiate<'py>(
     arrays(py, found)
 }
 
-/// Derivatives of each bin of a reading by parameters: the axes of the reading, those of the parameter, and channels. Readings are numbered through
-/// all meters.
+/// Computes derivatives of each bin of a reading by parameters. Axes come from the reading, from
+/// the parameter, and then from channels. Readings are numbered over all meters.
 #[pyfunction]
 pub fn jacobian<'py>(
     py: Python<'py>,
@@ -150,7 +152,7 @@ pub fn jacobian<'py>(
     arrays(py, found)
 }
 
-/// Takes derivatives on a pool of threads, while Python is watched for an interruption.
+/// Computes derivatives on a pool of threads, while checking Python's signals for an interruption.
 fn watched_derivatives(
     py: Python<'_>,
     (loaded, limits): (&Loaded, &Limits),
@@ -167,7 +169,7 @@ fn watched_derivatives(
     found.ok_or_else(|| PyKeyboardInterrupt::new_err(()))
 }
 
-/// Derivatives of readings, by particles as the scene has them followed.
+/// Computes derivatives of readings by particles as in a measurement of the scene.
 fn of_readings(
     loaded: &Loaded,
     limits: &Limits,
@@ -187,7 +189,7 @@ fn of_readings(
     meter_derivatives(&loaded.groups, &loaded.meters(), &options, handle)
 }
 
-/// Values and errors, as arrays.
+/// Converts values and errors to arrays.
 fn arrays(py: Python<'_>, found: Derivatives) -> PyResult<Vec<Doubles<'_>>> {
     let both = found.by.into_iter().map(|derivative| {
         let shape = &derivative.shape;
@@ -199,15 +201,16 @@ fn arrays(py: Python<'_>, found: Derivatives) -> PyResult<Vec<Doubles<'_>>> {
     both.collect()
 }
 
-/// What is differentiated.
+/// Quantity to differentiate.
 enum Work {
     /// The picture.
     Picture(Integrator),
-    /// Readings, with weights for each meter and each of its readings.
+    /// Readings, with the weights of each reading of each meter.
     Meters(Vec<Vec<Vec<f64>>>),
 }
 
-/// Weights of absolute readings, meter by meter, from those of the readings as they are given.
+/// Converts weights of readings to weights of absolute readings, meter by meter, from the weights
+/// of readings as the user sees them.
 fn of_meters(
     loaded: &Loaded,
     parameters: &[RadiometricParameter],
@@ -231,17 +234,18 @@ fn of_meters(
     meters.collect()
 }
 
-/// A reading as a scene gives it: an absolute one of its meter, times a factor.
+/// Reading as the user sees it: an absolute reading of its meter, times a factor.
 struct Given {
     /// Number of the absolute reading.
     reading: usize,
     factor: f64,
-    /// What has no derivatives by what changes the power of emitters, for it is given per emitted watt.
+    /// Subject of the message if the reading is given per emitted watt. It then has no derivatives
+    /// by parameters that change the power of emitters.
     per_emitted: Option<&'static str>,
 }
 
 impl Given {
-    /// Those of a meter, in the order of `Scene::_readings`.
+    /// Yields the readings of a meter, in the order of `Scene::_readings`.
     fn all(instrument: &Instrument) -> impl Iterator<Item = Given> {
         let per_watt = instrument.normalization == Normalization::PerWatt;
         let per_emitted = per_watt.then_some("readings per watt have");
@@ -258,7 +262,7 @@ impl Given {
         measured.chain(pressure)
     }
 
-    /// What the absolute reading is multiplied by in each channel.
+    /// Returns the factor on the absolute reading in each channel.
     fn scale(&self, loaded: &Loaded, parameters: &[RadiometricParameter]) -> PyResult<Vec<f64>> {
         let Some(what) = self.per_emitted else {
             return Ok(vec![self.factor; loaded.scene().film().channels]);
@@ -275,7 +279,7 @@ impl Given {
     }
 }
 
-/// 1/emitted power, in each channel; 0 without any.
+/// Yields 1/emitted power of each channel; 0 without any power.
 fn reciprocals_of_power(loaded: &Loaded) -> impl Iterator<Item = f64> {
     let emitted = loaded.groups.iter().enumerate().flat_map(|(group, scene)| {
         let used = scene.film().channels_of(group);
@@ -285,7 +289,7 @@ fn reciprocals_of_power(loaded: &Loaded) -> impl Iterator<Item = f64> {
     emitted.map(|power| if power > 0.0 { 1.0 / power } else { 0.0 })
 }
 
-/// Whether the power that is emitted depends on a parameter.
+/// True if the emitted power depends on a parameter.
 fn changes_power(loaded: &Loaded, parameter: &RadiometricParameter) -> bool {
     let emits = |id: usize| {
         let mut emitters = loaded.scene().emitters().iter();
@@ -303,7 +307,7 @@ fn changes_power(loaded: &Loaded, parameter: &RadiometricParameter) -> bool {
     }
 }
 
-/// The paths that are followed: as long as those of the scene's own integrator.
+/// Returns a path tracer with the depths of the scene's own integrator.
 pub(crate) fn path(loaded: &Loaded) -> PyResult<PathTracer> {
     let own = loaded.renderer.integrator();
     match own {
@@ -332,10 +336,10 @@ fn refused(loaded: &Loaded, error: &DerivativeError) -> PyErr {
     }
 }
 
-/// The parameter of a medium, given its number.
+/// Constructor of the parameter of a medium, given the number of the medium.
 type OfMedium = fn(usize) -> RadiometricParameter;
 
-/// Ends of names of parameters, of media, objects and emitters.
+/// Suffixes of the names of parameters of media.
 const OF_MEDIA: [(&str, OfMedium); 5] = [
     ("sigma_t", RadiometricParameter::Extinction),
     ("albedo", RadiometricParameter::Albedo),
@@ -344,7 +348,7 @@ const OF_MEDIA: [(&str, OfMedium); 5] = [
     ("g", RadiometricParameter::MeanCosine),
 ];
 
-/// The parameter of a name such as `smoke.sigma_t`.
+/// Returns the parameter with a name such as `smoke.sigma_t`.
 fn parameter(loaded: &Loaded, name: &str) -> PyResult<RadiometricParameter> {
     let (of, what) = name.rsplit_once('.').unwrap_or(("", name));
     let media = || loaded.scene().media().iter().map(|m| m.name.as_str());
@@ -376,7 +380,7 @@ fn parameter(loaded: &Loaded, name: &str) -> PyResult<RadiometricParameter> {
     }
 }
 
-/// The only thing of a name.
+/// Returns the number of the only item with a name.
 pub(crate) fn only<'a>(
     mut names: impl Iterator<Item = &'a str> + Clone,
     name: &str,

@@ -1,4 +1,4 @@
-//! Dictionaries of Python as descriptions of scenes.
+//! Conversion of Python dictionaries to descriptions of scenes.
 
 use crate::numbers::{ask_for_memory, refuse_masked};
 use io::json::Item;
@@ -10,29 +10,31 @@ use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
 use std::collections::HashSet;
 use std::sync::Arc;
 
-/// Deepest nesting: scenes have a few levels, and cycles have no end.
+/// Maximum nesting depth: scenes have a few levels, and cycles are infinite.
 const DEEPEST: usize = 200;
 
-/// Dictionaries and lists that one entry of a scene may hold more than once: each becomes a copy, and those that hold
-/// one another twice at each level would have no end.
+/// Maximum number of repeated dictionaries and lists in one entry of a scene. Each repetition
+/// becomes a copy; objects that contain one another twice at each level would multiply
+/// exponentially.
 const MOST_REPEATED: usize = 1 << 16;
 
-/// Bytes for each number of an array while a scene is made of it: as it is read, and as samples, coordinates or coefficients
-/// in double precision before and after they are put in order.
+/// Memory for each number of an array while a scene is made, in bytes: for the array as read, and
+/// for samples, coordinates or coefficients in double precision before and after reordering.
 const BYTES_PER_NUMBER: usize = 4 * size_of::<f64>();
 
-/// What a scene says.
+/// Converts a scene.
 pub fn scene(scene: &Bound<'_, PyDict>) -> PyResult<Item> {
     let apart = |value: &Bound<'_, PyAny>, place: &str| Reader::default().item(value, place, 1);
     entries(scene, "scene", apart)
 }
 
-/// What an object within a scene says. `place` is how one gets it from the scene, for messages.
+/// Converts an object within a scene. `place` is the expression that selects the object in the
+/// scene, for messages.
 pub fn item(object: &Bound<'_, PyAny>, place: &str) -> PyResult<Item> {
     Reader::default().item(object, place, 1)
 }
 
-/// Turns what Python objects say into items.
+/// Converter of Python objects to items.
 #[derive(Default)]
 struct Reader {
     /// Addresses of the dictionaries and lists so far.
@@ -59,7 +61,7 @@ impl Reader {
         }
     }
 
-    /// Takes note of a dictionary or a list.
+    /// Registers a dictionary or a list.
     fn enter(&mut self, object: &Bound<'_, PyAny>, place: &str, depth: usize) -> PyResult<()> {
         if depth > DEEPEST {
             let message =
@@ -80,7 +82,7 @@ impl Reader {
     }
 }
 
-/// What holds nothing else.
+/// Converts a value that contains no other values.
 fn plain(object: &Bound<'_, PyAny>, place: &str) -> PyResult<Item> {
     if object.is_none() {
         Ok(Item::Null)
@@ -125,7 +127,8 @@ fn entries<'py>(
     Ok(Item::Object(entries))
 }
 
-/// The array of a volume or bitmap with its axes in the order that its plugin expects, if they have names as those of xarray do.
+/// Puts the axes of a volume's or bitmap's array into the order that its plugin expects, if the
+/// axes have names as in xarray.
 fn in_order<'py>(
     plugin: &Bound<'py, PyDict>,
     array: Bound<'py, PyAny>,
@@ -146,11 +149,12 @@ fn in_order<'py>(
     axes.call_method1("in_order", (array, place, order))
 }
 
-/// An array, a number of NumPy, or an object that has an array or, as transforms of Mitsuba do, a matrix. Arrays in
-/// single precision stay so; all others become double.
+/// Converts an array, a NumPy number, or an object with an array or, as Mitsuba's transforms have,
+/// a matrix. Arrays in single precision keep it; all others become double.
 fn array(object: &Bound<'_, PyAny>, place: &str) -> PyResult<Item> {
     let py = object.py();
-    // Points and colours of Dr.Jit are arrays, and have any attribute that consists of the letters of their components.
+    // Check for an array first: points and colours of Dr.Jit are arrays, and have any attribute
+    // whose name consists of letters of their components.
     let is_transform = !object.hasattr("__array__")? && object.hasattr("matrix")?;
     let source = if is_transform {
         object.getattr("matrix")?
@@ -192,7 +196,8 @@ fn array(object: &Bound<'_, PyAny>, place: &str) -> PyResult<Item> {
     })))
 }
 
-/// Arrays of complex numbers as two along a last axis, others as they are, and which of both.
+/// Converts arrays of complex numbers to pairs of numbers along a last axis, and leaves others
+/// unchanged. Returns true for complex arrays.
 fn real_and_imaginary<'py>(
     numpy: &Bound<'py, PyModule>,
     array: Bound<'py, PyAny>,

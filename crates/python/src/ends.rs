@@ -1,4 +1,4 @@
-//! Where rays ended, and how.
+//! Ends of rays, and their causes.
 
 use crate::numbers::array;
 use numpy::{Element, PyArrayDyn};
@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use transport::scene::Object;
 use transport::trace::{Path, TraceEnding};
 
-/// How rays end, by the numbers in [`Ends::endings`].
+/// Causes of the ends of rays, by the numbers in [`Ends::endings`].
 const ENDINGS: [&str; 5] = [
     "surface",
     "left the scene",
@@ -15,13 +15,14 @@ const ENDINGS: [&str; 5] = [
     "not followed",
 ];
 
-/// The number of a ray that was not followed, for want of time.
+/// Number of a ray that was not traced for lack of time.
 const NOT_FOLLOWED: u8 = 4;
 
-/// No object.
+/// Number for no object.
 const NONE: i32 = -1;
 
-/// The ends of rays: an array for each quantity, with a row for each ray. All are NaN for rays that were not followed.
+/// Ends of rays: an array for each quantity, with a row for each ray. Rays that were not traced are
+/// NaN.
 #[pyclass(frozen, get_all, module = "morgana._morgana")]
 #[derive(Debug)]
 pub struct Ends {
@@ -34,17 +35,17 @@ pub struct Ends {
     optical_path_difference: Py<PyAny>,
     /// Refractive index.
     n: Py<PyAny>,
-    /// How each ray ended: its place among the names.
+    /// Cause of the end of each ray, as an index into `ending_names`.
     endings: Py<PyAny>,
-    /// How rays can end.
+    /// Possible causes of ends.
     ending_names: Vec<&'static str>,
-    /// The object that each ray ended on, by its place among the names; −1 for none.
+    /// Object on which each ray ended, as an index into `surface_names`; −1 for none.
     surfaces: Py<PyAny>,
     /// Names of objects.
     surface_names: Vec<String>,
 }
 
-/// The same while rays are followed.
+/// Ends of rays while they are traced.
 #[derive(Debug)]
 pub struct Columns {
     points: Vec<f64>,
@@ -58,10 +59,10 @@ pub struct Columns {
 }
 
 impl Columns {
-    /// Bytes of each ray.
+    /// Memory for each ray, in bytes.
     pub const BYTES: usize = 10 * size_of::<f64>() + size_of::<u8>() + size_of::<i32>();
 
-    /// For so many rays.
+    /// Makes empty columns with capacity for `rays` rays.
     pub fn with_capacity(rays: usize) -> Self {
         Columns {
             points: Vec::with_capacity(3 * rays),
@@ -75,7 +76,7 @@ impl Columns {
         }
     }
 
-    /// Notes the end of the next ray, unless it was not followed.
+    /// Adds the end of the next ray; `None` if it was not traced.
     pub fn push(&mut self, path: Option<&Path>) {
         let end = path.and_then(|path| path.points.last());
         let vector = |v: Option<glam::DVec3>| v.unwrap_or(glam::DVec3::NAN).to_array();
@@ -99,12 +100,13 @@ impl Columns {
         self.surfaces.push(surface);
     }
 
-    /// Whether all rays so far were followed.
+    /// True if all rays so far were traced.
     pub fn is_complete(&self) -> bool {
         !self.endings.contains(&NOT_FOLLOWED)
     }
 
-    /// As arrays of Python, which take over the memory. Rays ended on some of `objects`.
+    /// Converts to Python arrays, which take over the memory. `objects` are the objects on which
+    /// rays end.
     pub fn into_ends(self, py: Python<'_>, objects: &[Object]) -> PyResult<Ends> {
         let rays = self.endings.len();
         let named = |object: &Object| object.name.clone();

@@ -1,11 +1,11 @@
-//! Rust's errors as Python's exceptions, which are defined in `python/morgana/_errors.py`.
+//! Conversion of Rust errors to Python exceptions, which `python/morgana/_errors.py` defines.
 
 use io::{Diagnostic, Diagnostics, Problem, Refusal};
 use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use transport::render::MeasureError;
 
-/// The exceptions of Python.
+/// Python's exceptions.
 mod raised {
     use pyo3::import_exception;
 
@@ -14,7 +14,7 @@ mod raised {
     import_exception!(morgana._errors, RenderError);
 }
 
-/// Severity, message, help, place and name of the check, as Python's `Diagnostic` takes them.
+/// Severity, message, help, place and name of the check, as the arguments of Python's `Diagnostic`.
 type Fields = (
     String,
     String,
@@ -23,7 +23,7 @@ type Fields = (
     Option<String>,
 );
 
-/// Messages about a scene, for Python to wrap.
+/// Returns messages about a scene as tuples, which Python wraps.
 fn fields(diagnostics: &Diagnostics) -> Vec<Fields> {
     let fields = |d: &Diagnostic| {
         let place = d.location.as_ref().map(|l| l.to_string());
@@ -34,7 +34,7 @@ fn fields(diagnostics: &Diagnostics) -> Vec<Fields> {
     diagnostics.iter().map(fields).collect()
 }
 
-/// The same as Python's `Diagnostic`s.
+/// Converts messages about a scene to Python's `Diagnostic`s.
 pub fn diagnostics<'py>(
     py: Python<'py>,
     diagnostics: &Diagnostics,
@@ -44,17 +44,17 @@ pub fn diagnostics<'py>(
     fields(diagnostics).into_iter().map(wrap).collect()
 }
 
-/// Everything that is wrong with a scene.
+/// Makes an exception from all errors of a scene.
 pub fn scene(diagnostics: &Diagnostics) -> PyErr {
     raised::SceneError::new_err((fields(diagnostics),))
 }
 
-/// A file that cannot be read or written.
+/// Makes an exception for a file that cannot be read or written.
 pub fn file(error: &io::FileError) -> PyErr {
     raised::FileError::new_err((error.to_string(),))
 }
 
-/// A run that is not begun.
+/// Makes an exception for a run that cannot start.
 pub fn refusal(refusal: &Refusal) -> PyErr {
     match refusal {
         Refusal::Film(_) | Refusal::MeterMemory(..) | Refusal::Meters(MeasureError::Memory(_)) => {
@@ -64,14 +64,14 @@ pub fn refusal(refusal: &Refusal) -> PyErr {
     }
 }
 
-/// A result that cannot be pickled, or unpickled.
+/// Makes an exception for a result that cannot be pickled or unpickled.
 pub fn unpickled(problem: &Problem) -> PyErr {
     render(format!(
         "a pickled result is {problem}: pickles are for processes of one version of morgana, write results to files instead"
     ))
 }
 
-/// A run that cannot be done.
+/// Makes an exception for a run that cannot be done.
 pub fn render(message: impl Into<String>) -> PyErr {
     raised::RenderError::new_err((message.into(),))
 }

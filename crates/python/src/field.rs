@@ -18,27 +18,30 @@ use rayon::prelude::*;
 
 /// The refractive index of a medium as a function of position.
 ///
-/// From ``Scene.fields`` or ``morgana.load_field``. Fields can be pickled, and compared with ``==``.
+/// Obtained from ``Scene.fields`` or ``morgana.load_field``. Fields can be pickled, and compared
+/// with ``==``.
 #[pyclass(frozen, module = "morgana")]
 #[derive(Debug)]
 pub struct Field {
     source: Source,
-    /// Name of the medium, a str; empty for a field on its own.
+    /// Name of the medium, a str; empty for a field without a scene.
     #[pyo3(get)]
     name: String,
-    /// What is doubtful about a field on its own: scenes have warnings of theirs.
+    /// Warnings about a field without a scene. Scenes have their own warnings.
     warnings: Diagnostics,
 }
 
 #[derive(Debug)]
 enum Source {
-    /// That of a medium of a scene, by number.
+    /// Field of a medium of a scene, by number.
     Medium(Py<Scene>, usize),
-    /// Made of a dictionary and perhaps for a wavelength in nm, with the hash of these and of all data.
+    /// Field from a dictionary, and perhaps for a wavelength in nm, with the hash of both and of
+    /// all data.
     Own(Box<Index>, (Py<PyDict>, Option<f64>), SceneHash),
 }
 
-/// Makes a field of a dictionary that describes a volume, for a wavelength in nm if that matters.
+/// Makes a field from a dictionary that describes a volume, for a wavelength in nm if the index
+/// depends on it.
 #[pyfunction]
 #[pyo3(signature = (volume, wavelength=None))]
 pub fn load_field(
@@ -71,7 +74,7 @@ fn object<const N: usize>(kind: &str, items: [Option<(&str, Item)>; N]) -> Item 
     Item::Object(all.map(|(key, item)| (key.to_owned(), item)).collect())
 }
 
-/// The sensor of a scene that is seen at a wavelength in nm.
+/// Returns the sensor of a scene with a single wavelength in nm.
 fn sensor(wavelength: f64) -> (&'static str, Item) {
     let text = |name, text: String| Some((name, Item::String(text)));
     let film = object(
@@ -85,7 +88,7 @@ fn sensor(wavelength: f64) -> (&'static str, Item) {
 }
 
 impl Field {
-    /// That of a medium of a scene, by number.
+    /// Makes the field of a medium of a scene, by number.
     pub fn of_medium(scene: Py<Scene>, medium: usize, name: String) -> Self {
         let source = Source::Medium(scene, medium);
         Field {
@@ -95,7 +98,7 @@ impl Field {
         }
     }
 
-    /// The field itself.
+    /// Returns the renderer's field.
     pub fn index(&self) -> &Index {
         match &self.source {
             Source::Medium(scene, medium) => &scene.get().loaded.scene().media()[*medium].index,
@@ -103,7 +106,7 @@ impl Field {
         }
     }
 
-    /// `N` numbers for each point, computed on all processors; NaN for points that are not finite.
+    /// Computes `N` numbers for each point, on all CPU cores; NaN for points that are not finite.
     fn map<'py, const N: usize>(
         &self,
         py: Python<'py>,
@@ -128,7 +131,7 @@ impl Field {
 
 #[pymethods]
 impl Field {
-    /// What is doubtful about a field on its own.
+    /// Warnings about a field without a scene.
     #[getter]
     fn _warnings<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyAny>>> {
         errors::diagnostics(py, &self.warnings)
@@ -139,18 +142,18 @@ impl Field {
     /// Parameters
     /// ----------
     /// points : array_like, (..., 3)
-    ///     Positions, in scene units; any strides and any real type of numbers.
+    /// Positions, in scene units; any strides and any real type of numbers.
     ///
     /// Returns
     /// -------
     /// ndarray, (...)
-    ///     n. NaN where a formula has no real index, and where points are not finite. Beyond its samples, a sampled field bends to a constant
-    ///     (docs/scene-format.md#volume-files).
+    /// Values of n. NaN where a formula has no real index, and where points are not finite. Outside
+    /// its samples, a sampled field approaches a constant (docs/scene-format.md#volume-files).
     ///
     /// Raises
     /// ------
     /// ValueError
-    ///     An array of another shape, or a masked one that hides elements.
+    /// An array of another shape, or a masked array with hidden elements.
     ///
     /// Examples
     /// --------
@@ -200,7 +203,7 @@ impl Field {
         self.map(py, points, hessian, &[3, 3])
     }
 
-    /// Names and values of all parameters by which derivatives can be taken.
+    /// Returns names and values of all parameters with derivatives.
     fn _parameters<'py>(
         &self,
         py: Python<'py>,
@@ -211,7 +214,7 @@ impl Field {
             .collect()
     }
 
-    /// Whether the index is the same everywhere, a bool.
+    /// True if the index is constant, a bool.
     #[getter]
     fn is_constant(&self) -> bool {
         self.index().is_constant()
@@ -222,12 +225,12 @@ impl Field {
     /// Parameters
     /// ----------
     /// lower, upper : sequence of float, (3,)
-    ///     The corners of least and largest coordinates, in scene units.
+    /// Lower and upper corner of the box, in scene units.
     ///
     /// Returns
     /// -------
     /// (float, float)
-    ///     Numbers that n is certainly not below and not above. They need not be attained.
+    /// Lower and upper bound of n. The bounds need not be attained.
     ///
     /// Raises
     /// ------
@@ -271,7 +274,7 @@ impl Field {
         }
     }
 
-    /// Fields are pickled as what they were made of, and made again.
+    /// Pickles the data from which the field was made, and the function that recreates it.
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Recipe<'py>> {
         let module = py.import("morgana._scene")?;
         Ok(match &self.source {
@@ -286,7 +289,7 @@ impl Field {
         })
     }
 
-    /// Fingerprint of what it was made of.
+    /// Hash of the data from which the field was made.
     #[getter]
     fn _hash(&self) -> String {
         match &self.source {
@@ -308,7 +311,7 @@ impl Field {
     }
 }
 
-/// Of n, from the jet of n²: the chain rule twice.
+/// Computes the Hessian of n from the jet of n², by the chain rule applied twice.
 fn hessian(field: &Index, x: DVec3) -> [f64; 9] {
     let jet = field.jet(x);
     let n = jet.n2.sqrt();

@@ -1,4 +1,4 @@
-//! Runs that have ended: what they gave, and how they are pickled.
+//! Finished runs: their results, and how they are pickled.
 
 use crate::errors;
 use crate::scene::Scene;
@@ -7,38 +7,38 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use transport::renderer::Renderer;
 
-/// How a run was done.
+/// Settings of a finished run.
 #[derive(Clone, Debug)]
 pub struct RunRecord {
     pub renderer: Renderer,
-    /// Why that was chosen, if it was.
+    /// Reason for the choice of the renderer, if it was chosen automatically.
     pub reason: Option<String>,
     pub seed: u64,
-    /// Samples per pixel, or particles.
+    /// Requested samples per pixel, or particles.
     pub requested: Option<u64>,
     pub stopped: Option<&'static str>,
-    /// None if parts were put together.
+    /// Number of threads; `None` if parts were combined.
     pub threads: Option<usize>,
     pub seconds: f64,
 }
 
-/// A run that has ended.
+/// A finished run.
 #[derive(Debug)]
 pub struct Finished<T> {
-    /// What it gave: a picture, or what meters have read.
+    /// Result: a picture, or readings of meters.
     pub result: T,
     pub scene: Py<Scene>,
-    /// Everything about the run, as JSON.
+    /// Statistics of the run, as JSON.
     pub stats: String,
-    /// Why it ended early.
+    /// Reason for an early end of the run.
     pub stopped: Option<String>,
 }
 
-/// Of a run: its packed result, the scene, everything about the run, and why it ended early.
+/// Packed result of a run, its scene, its statistics, and the reason for an early end.
 pub type Pickled<'py> = (Bound<'py, PyBytes>, Py<Scene>, String, Option<String>);
 
 impl<T: Packed> Finished<T> {
-    /// What was pickled.
+    /// Restores a pickled run.
     ///
     /// # Errors
     /// A result of another version.
@@ -56,7 +56,7 @@ impl<T: Packed> Finished<T> {
         })
     }
 
-    /// What makes it again, as Python's `__reduce__` returns it.
+    /// Returns the arguments that recreate the run, for Python's `__reduce__`.
     ///
     /// # Errors
     /// A result that cannot be packed.

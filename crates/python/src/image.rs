@@ -1,4 +1,4 @@
-//! Images: files, comparisons, thumbnails.
+//! Image files, comparisons and thumbnails.
 
 use crate::errors;
 use crate::numbers::{array, ask_for_memory};
@@ -19,10 +19,10 @@ use std::path::PathBuf;
 pub type Given<'py> = Vec<(String, Vec<String>, PyArrayLike3<'py, f32, AllowTypeChange>)>;
 /// Values of a layer, (height, width, channels).
 pub type Values<'py> = Bound<'py, PyArrayDyn<f32>>;
-/// The same as they are returned.
+/// Layers of an image, as they are returned.
 type LayerArrays<'py> = Vec<(String, Vec<String>, Values<'py>)>;
-/// Bytes for each value of an image while it is written or compared: as it is copied, in double precision, and as
-/// compressed or filtered.
+/// Memory for each value of an image while it is written or compared, in bytes: for a copy, for
+/// double precision, and for compressed or filtered values.
 const BYTES_PER_VALUE: usize = size_of::<f32>() + 2 * size_of::<f64>();
 /// Texts by name.
 pub type Attributes = Vec<(String, String)>;
@@ -46,7 +46,7 @@ pub fn read_image(
     Ok((layers?, image.attributes))
 }
 
-/// Values of a layer of so many rows and pixels per row.
+/// Makes an array of the values of a layer.
 pub fn layer_values<'py>(
     py: Python<'py>,
     [height, width]: [usize; 2],
@@ -58,8 +58,8 @@ pub fn layer_values<'py>(
     array(py, values, &[height, width, layer.channels.len()])
 }
 
-/// Writes an image: all layers to an `.exr` file, the first to an `.npy` or `.png` file, brightened by so many stops, or as many
-/// as it needs.
+/// Writes an image: all layers to an `.exr` file, the first layer to an `.npy` or `.png` file. A
+/// PNG file is brightened by `exposure` stops, by default by an automatic number.
 #[pyfunction]
 pub fn write_image(
     path: PathBuf,
@@ -75,7 +75,7 @@ pub fn write_image(
     written.map_err(|e| errors::file(&e))
 }
 
-/// What a screen shows of the first layer, as the bytes of a PNG file.
+/// Encodes the first layer for a screen, as the bytes of a PNG file.
 #[pyfunction]
 pub fn encode_png(layers: Given<'_>) -> PyResult<Vec<u8>> {
     let shown = image(&layers)?.on_screen().unwrap_or_default();
@@ -83,19 +83,19 @@ pub fn encode_png(layers: Given<'_>) -> PyResult<Vec<u8>> {
     encode(&shown, Depth::Eight, tone).map_err(|e| errors::render(e.to_string()))
 }
 
-/// The stops by which PNG files of the first layer are brightened.
+/// Returns the number of stops by which PNG files of the first layer are brightened.
 #[pyfunction]
 pub fn exposure(layers: Given<'_>) -> PyResult<f64> {
     let shown = image(&layers)?.on_screen().unwrap_or_default();
     Ok(Exposure::of(shown.pixels.into_iter()))
 }
 
-/// So many stops, or as many as an image needs.
+/// Converts a number of stops; `None` is an automatic number.
 pub fn exposed(stops: Option<f64>) -> Exposure {
     stops.map_or(Exposure::Auto, Exposure::Stops)
 }
 
-/// Compares an image with a reference: numbers as JSON, and the map of what the eye sees.
+/// Compares an image with a reference: numbers as JSON, and the map of visible differences.
 #[pyfunction]
 pub fn compare_images<'py>(
     py: Python<'py>,
@@ -133,12 +133,12 @@ pub fn compare_images<'py>(
     Ok((numbers.to_string(), map))
 }
 
-/// JSON has neither infinities nor NaN.
+/// Converts infinities and NaN, which JSON does not have, to `None`.
 fn finite(v: f64) -> Option<f64> {
     v.is_finite().then_some(v)
 }
 
-/// Layers of an image, without attributes.
+/// Converts layers to an image without attributes.
 pub fn image(layers: &Given<'_>) -> PyResult<ImageLayers> {
     let count = layers.iter().map(|(_, _, values)| values.len()).sum();
     ask_for_memory(count, BYTES_PER_VALUE, "image")?;

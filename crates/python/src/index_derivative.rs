@@ -1,4 +1,4 @@
-//! Derivatives of pictures by the refractive index of media that scatter.
+//! Derivatives of pictures by the refractive index of scattering media.
 
 use crate::derivative::{Doubles, only, path};
 use crate::errors;
@@ -17,15 +17,21 @@ use transport::derivative::DerivativeError;
 use transport::film::{Decomposition, LightParts};
 use transport::render::{IndexDerivativeOptions, check_indices, index_derivatives};
 
-/// What an index is differentiated by: a medium, and the name of a parameter of its field, if it is not all of them.
+/// Parameter of a derivative: a medium, and the name of a parameter of its field, or `None` for
+/// all.
 struct Wanted<'n> {
     medium: usize,
     parameter: Option<&'n str>,
 }
 
-/// Derivatives of Σ weights × picture, or, if they are `layered`, of all its layers, one after the other, by indices: `MEDIUM.ior`, by the samples [z, y, x] of a grid or by all parameters of another field in a row, and
-/// `MEDIUM.ior.NAME`, by one parameter. And the number of paths, and of those that were given up; and
-/// whether single batches of samples make nearly all of the scatter.
+/// Computes derivatives of Σ weights × picture by indices. If `layered`, the sum is over all layers
+/// in sequence.
+///
+/// `MEDIUM.ior` is all samples [z, y, x] of a grid, or all parameters of another field in a row.
+/// `MEDIUM.ior.NAME` is one parameter.
+///
+/// Also returns the number of paths, the number of lost paths, and true if single batches of
+/// samples contribute nearly all of the variance.
 #[pyfunction]
 pub fn differentiate_index<'py>(
     py: Python<'py>,
@@ -67,7 +73,7 @@ pub fn differentiate_index<'py>(
     Ok((each?, [found.stats.paths, lost], found.dominated))
 }
 
-/// How derivatives are taken, but for samples and weights.
+/// Returns the options of the derivatives, without samples and weights.
 fn without_weights<'a>(
     loaded: &Loaded,
     media: &'a [usize],
@@ -92,7 +98,7 @@ fn without_weights<'a>(
     })
 }
 
-/// Finds out whether pictures, or their layers, have derivatives by indices.
+/// Checks that pictures, or their layers, have derivatives by indices.
 #[pyfunction]
 pub fn check_index_derivatives(
     scene: Py<Scene>,
@@ -108,7 +114,7 @@ pub fn check_index_derivatives(
     check_indices(&loaded.groups, &options).map_err(|e| refused(&e))
 }
 
-/// What names stand for, and the media that they are about.
+/// Returns the parameters of some names, and the media of these parameters.
 fn asked<'n>(loaded: &Loaded, names: &'n [String]) -> PyResult<(Vec<Wanted<'n>>, Vec<usize>)> {
     if !loaded.instruments.is_empty() {
         let message = "readings of meters have no derivatives by an index: paths jump from bin to bin and past edges of meters when they move; give the scene a camera";
@@ -129,7 +135,7 @@ fn asked<'n>(loaded: &Loaded, names: &'n [String]) -> PyResult<(Vec<Wanted<'n>>,
     Ok((wanted, media))
 }
 
-/// What a name such as `tissue.ior` or `tissue.ior.delta` stands for.
+/// Returns the parameter of a name such as `tissue.ior` or `tissue.ior.delta`.
 fn wanted<'n>(loaded: &Loaded, name: &'n str) -> PyResult<Wanted<'n>> {
     let (medium, parameter) = match name.strip_suffix(".ior") {
         Some(medium) => (medium, None),
@@ -143,7 +149,8 @@ fn wanted<'n>(loaded: &Loaded, name: &'n str) -> PyResult<Wanted<'n>> {
     Ok(Wanted { medium, parameter })
 }
 
-/// The shape of a parameter of a field, or of all, and where its numbers are among those of all.
+/// Returns the shape of a parameter of a field, or of all parameters, and the range of its numbers
+/// among the numbers of all.
 fn part(field: &Index, name: Option<&str>) -> PyResult<(Vec<usize>, Range<usize>)> {
     let Some(name) = name else {
         return Ok(match field.grid() {

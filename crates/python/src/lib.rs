@@ -1,5 +1,6 @@
-//! The part of the Python package `morgana` that is compiled: scenes, renders, fields and rays as Python sees
-//! them. Everything that Python does as well, such as bars of progress, is Python: `python/morgana`.
+//! The compiled part of the Python package `morgana`: scenes, renders, fields and rays as Python
+//! classes. Everything that Python does equally well, such as progress bars, is in
+//! `python/morgana`.
 
 mod connect;
 mod denoise;

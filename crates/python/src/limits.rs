@@ -1,4 +1,4 @@
-//! How a run is done and when it ends.
+//! Options of a run, and limits at which it ends.
 
 use crate::errors;
 use io::{Loaded, Run};
@@ -7,23 +7,23 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::time::Duration;
 use transport::render::{Measure, Target};
 
-/// A dictionary of what the caller asks for.
+/// Dictionary of the options of a run.
 #[derive(Clone, Copy, Debug, FromPyObject)]
 #[pyo3(from_item_all)]
 pub struct Limits {
     pub seed: u64,
-    /// Samples per pixel, or particles; without a number, something else ends the run.
+    /// Samples per pixel, or particles; `None` if another limit ends the run.
     pub samples: Option<u64>,
-    /// Seconds, positive.
+    /// Time limit in seconds, positive.
     pub time: Option<f64>,
-    /// Error at which a render ends, positive, and whether it is that of pixels.
+    /// Relative error at which a render ends, positive, and true if it is the error of pixels.
     pub target_error: Option<(f64, bool)>,
-    /// Zero for as many as there are processors.
+    /// Number of threads; zero for the number of CPU cores.
     pub threads: usize,
 }
 
 impl Limits {
-    /// What is computed of a scene: all of it.
+    /// Makes a run that computes all of the scene.
     pub fn run<'a>(&self, loaded: &'a Loaded) -> Run<'a> {
         Run {
             seed: self.seed,
@@ -41,7 +41,7 @@ impl Limits {
         }
     }
 
-    /// The same by an integrator that is named, if one is.
+    /// Makes a run with a named integrator, if one is given.
     pub fn run_by<'a>(&self, loaded: &'a Loaded, integrator: Option<&str>) -> PyResult<Run<'a>> {
         let run = self.run(loaded);
         let Some(name) = integrator else {
@@ -55,7 +55,7 @@ impl Limits {
         })
     }
 
-    /// Threads to run on.
+    /// Starts a pool of threads.
     pub fn pool(&self) -> PyResult<ThreadPool> {
         let builder = ThreadPoolBuilder::new().num_threads(self.threads);
         builder
@@ -63,7 +63,7 @@ impl Limits {
             .map_err(|e| errors::render(format!("cannot start threads: {e}")))
     }
 
-    /// How long a run may take.
+    /// Returns the time limit of a run.
     pub fn time(&self) -> Option<Duration> {
         self.time.and_then(|t| Duration::try_from_secs_f64(t).ok())
     }

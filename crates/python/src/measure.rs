@@ -16,7 +16,7 @@ use std::path::PathBuf;
 use transport::meter::{Reading, RecordTable};
 use transport::render::Measurement;
 
-/// What meters have read.
+/// Readings of meters.
 #[pyclass(frozen, module = "morgana._morgana")]
 #[derive(Debug)]
 pub struct Measured(Finished<Measurement>);
@@ -45,7 +45,7 @@ impl Measured {
     }
 }
 
-/// How well each meter's bins are known.
+/// Describes the quality of each meter's bins.
 fn meters(measurement: &Measurement, loaded: &Loaded) -> Value {
     let read = measurement.readings.iter().zip(&measurement.records);
     let meter = |(instrument, (readings, records)): (
@@ -59,7 +59,7 @@ fn meters(measurement: &Measurement, loaded: &Loaded) -> Value {
     loaded.instruments.iter().zip(read).map(meter).collect()
 }
 
-/// Reads an NPZ or HDF5 file of readings: its arrays, and what else it says, as JSON.
+/// Reads an NPZ or HDF5 file of readings: its arrays, and its attributes as JSON.
 #[pyfunction]
 pub fn read_measurement(
     py: Python<'_>,
@@ -80,7 +80,7 @@ type Outline = (String, String, Vec<String>);
 
 #[pymethods]
 impl Measured {
-    /// What was pickled.
+    /// Restores a pickled measurement.
     #[new]
     fn unpickled(
         packed: &[u8],
@@ -95,31 +95,31 @@ impl Measured {
         Ok((slf.get_type(), slf.get().0.pickled(slf.py())?))
     }
 
-    /// Everything about the run, as JSON.
+    /// Statistics of the run, as JSON.
     #[getter]
     fn stats(&self) -> &str {
         &self.0.stats
     }
 
-    /// Why it ended early.
+    /// Reason for an early end of the run.
     #[getter]
     fn stopped(&self) -> Option<&str> {
         self.0.stopped.as_deref()
     }
 
-    /// What is known of the arrays beside their numbers, as JSON (docs/meters.md).
+    /// Attributes of the arrays, as JSON (docs/meters.md).
     #[getter]
     fn attributes(&self) -> String {
         Value::from_iter(attributes(&self.context(), Vec::new())).to_string()
     }
 
-    /// All arrays that are written to files (docs/meters.md), without their numbers.
+    /// Lists all arrays that are written to files (docs/meters.md), without their numbers.
     fn outlines(&self) -> Vec<Outline> {
         let list = list(&self.context(), &|_| false).into_iter();
         list.map(|a| (a.name, a.unit, a.axes)).collect()
     }
 
-    /// The numbers of one of these arrays.
+    /// Returns the numbers of one of these arrays.
     fn array<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let list = py.detach(|| list(&self.context(), &|other| other == name));
         let found: Option<Array> = list.into_iter().find(|a| a.name == name);
@@ -127,14 +127,14 @@ impl Measured {
         array(py, found.data, &found.shape)
     }
 
-    /// Writes all arrays, or the main one, in the format that the name of the file tells.
+    /// Writes all arrays, or the main one, in the format of the file's extension.
     fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         let stats: Value = serde_json::from_str(&self.0.stats).unwrap_or_default();
         let names = ["scene", "scene_hash", "seed", "particles"];
         let mut attributes: Vec<_> = names
             .map(|name| (name.to_owned(), stats[name].clone()))
             .into();
-        // Numbers that have been text lose their last bit.
+        // Take the balance from the result: numbers lose their last bit as text.
         attributes.push(("balance".into(), report::balance(&self.0.result.balance)));
         attributes.push(("morgana_version".into(), env!("CARGO_PKG_VERSION").into()));
         let readings = arrays(&self.context(), attributes);
@@ -144,7 +144,7 @@ impl Measured {
 }
 
 impl Measured {
-    /// The measurement and the scene that it is of.
+    /// Returns the measurement and its scene.
     fn context(&self) -> Context<'_> {
         let loaded = &self.0.scene.get().loaded;
         Context {

@@ -1,4 +1,4 @@
-//! Numbers on their way from and to Python.
+//! Conversion of numbers from and to Python.
 
 use glam::DVec3;
 use numpy::{Element, PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
@@ -6,10 +6,10 @@ use pyo3::exceptions::{PyMemoryError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyFloat, PyInt, PyList, PyTuple};
 
-/// A NumPy array that takes over the memory of `values`.
+/// Makes a NumPy array that takes over the memory of `values`.
 ///
 /// # Errors
-/// A shape that does not fit.
+/// A shape that does not match.
 pub fn array<'py, T: Element>(
     py: Python<'py>,
     values: Vec<T>,
@@ -18,8 +18,8 @@ pub fn array<'py, T: Element>(
     PyArray1::from_vec(py, values).reshape(shape)
 }
 
-/// Refuses work on `count` elements for each of which `each` bytes are needed, if the system does not have the memory:
-/// Rust would end the interpreter. `what` names the elements in the message.
+/// Checks that the system has memory for `count` elements of `each` bytes: on failure, Rust would
+/// abort the interpreter. `what` names the elements in the message.
 ///
 /// # Errors
 /// `MemoryError`.
@@ -33,7 +33,7 @@ pub fn ask_for_memory(count: usize, each: usize, what: &str) -> PyResult<()> {
     })
 }
 
-/// Refuses masked arrays that hide elements, also in lists: their data would count as if nothing hid them. `what`
+/// Rejects masked arrays with hidden elements, also in lists: the hidden data would count. `what`
 /// names the numbers in the message.
 ///
 /// # Errors
@@ -63,9 +63,9 @@ pub fn refuse_masked(values: &Bound<'_, PyAny>, what: &str) -> PyResult<()> {
 /// Positions or directions in an array of shape (..., 3).
 #[derive(Debug)]
 pub struct Rows {
-    /// The shape without the last axis.
+    /// Shape without the last axis.
     pub outer: Vec<usize>,
-    /// The points, the last axis of `outer` running fastest.
+    /// Points; the last axis of `outer` varies fastest.
     pub rows: Vec<DVec3>,
 }
 

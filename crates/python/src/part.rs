@@ -1,4 +1,4 @@
-//! Parts of runs, made by other processes and put together here.
+//! Parts of runs, which other processes make and this process combines.
 
 use crate::errors;
 use crate::finished::RunRecord;
@@ -11,7 +11,8 @@ use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
-/// Takes part `shard`, its number from 0 and that of all parts, of the samples of a run, and returns it as the bytes of a file.
+/// Takes the samples of part `shard`, its number from 0 and the number of all parts. Returns the
+/// part as the bytes of a file.
 #[pyfunction]
 pub fn render_part<'py>(
     py: Python<'py>,
@@ -36,7 +37,7 @@ pub fn render_part<'py>(
     Ok(PyBytes::new(py, &py.detach(|| part.to_bytes())))
 }
 
-/// Parts of one run, put together.
+/// Combined parts of one run.
 #[pyclass(module = "morgana._morgana")]
 #[derive(Debug, Default)]
 pub struct Parts {
@@ -50,7 +51,7 @@ impl Parts {
         Parts::default()
     }
 
-    /// Adds a part, of which the order does not matter.
+    /// Adds a part; parts may come in any order.
     fn add(&mut self, py: Python<'_>, part: &[u8]) -> PyResult<()> {
         let part = py.detach(|| Part::from_bytes(part));
         let part = part.map_err(|e: Problem| errors::render(format!("a part is {e}")))?;
@@ -66,7 +67,7 @@ impl Parts {
         Ok(())
     }
 
-    /// Samples per pixel, or particles, that are there.
+    /// Number of samples per pixel, or of particles, so far.
     #[getter]
     fn done(&self) -> u64 {
         self.whole
@@ -74,7 +75,7 @@ impl Parts {
             .map_or(0, |part| part.body.done().count())
     }
 
-    /// What a run in one piece would give. The parts are gone then.
+    /// Returns the result of an undivided run, and removes the parts.
     fn result<'py>(
         &mut self,
         py: Python<'py>,

@@ -17,7 +17,7 @@ use std::path::PathBuf;
 use transport::Film;
 use transport::render::Rendering;
 
-/// A picture that has been rendered.
+/// A rendered picture.
 #[pyclass(frozen, module = "morgana._morgana")]
 #[derive(Debug)]
 pub struct Rendered(Finished<Rendering>);
@@ -45,7 +45,7 @@ impl Rendered {
     }
 }
 
-/// Name, means, variances, and where these are not to be trusted.
+/// Name, means, variances, and mask of unreliable variances of a layer.
 type Layer<'py> = (
     String,
     Bound<'py, PyArrayDyn<f32>>,
@@ -53,7 +53,7 @@ type Layer<'py> = (
     Bound<'py, PyArrayDyn<bool>>,
 );
 
-/// Name, names of channels, means and variances.
+/// Name, names of channels, means and variances of a quantity.
 type Quantity<'py> = (
     String,
     Vec<String>,
@@ -61,10 +61,11 @@ type Quantity<'py> = (
     Bound<'py, PyArrayDyn<f32>>,
 );
 
-/// Name, names of channels, and means of squares.
+/// Name, names of channels, and means of squares of a quantity.
 type Moment<'py> = (String, Vec<String>, Bound<'py, PyArrayDyn<f32>>);
 
-/// Some channels of a film, (height, width, channels), value by value.
+/// Makes an array of some channels of a film, (height, width, channels), from the values of
+/// `value`.
 fn planes<'py>(
     py: Python<'py>,
     film: &Film,
@@ -80,7 +81,7 @@ fn planes<'py>(
 
 #[pymethods]
 impl Rendered {
-    /// What was pickled.
+    /// Restores a pickled picture.
     #[new]
     fn unpickled(
         packed: &[u8],
@@ -95,35 +96,36 @@ impl Rendered {
         Ok((slf.get_type(), slf.get().0.pickled(slf.py())?))
     }
 
-    /// Everything about the run, as JSON.
+    /// Statistics of the run, as JSON.
     #[getter]
     fn stats(&self) -> &str {
         &self.0.stats
     }
 
-    /// Why it ended early.
+    /// Reason for an early end of the run.
     #[getter]
     fn stopped(&self) -> Option<&str> {
         self.0.stopped.as_deref()
     }
 
-    /// Means, (height, width, channels).
+    /// Returns means, (height, width, channels).
     fn mean<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
         self.picture(py, self.film().mean())
     }
 
-    /// Variances of the means, (height, width, channels).
+    /// Returns variances of the means, (height, width, channels).
     fn variance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
         self.picture(py, self.film().variance())
     }
 
-    /// Effective numbers of samples, (height, width, channels).
+    /// Returns effective numbers of samples, (height, width, channels).
     fn effective<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
         self.picture(py, self.film().effective(None))
     }
 
-    /// Where variances are not to be trusted, (height, width, channels). Of quantities other than light, which may be of
-    /// either sign, effective numbers tell nothing.
+    /// Returns the mask of unreliable variances, (height, width, channels). It is empty for
+    /// quantities other than light, which may have either sign: effective numbers do not apply to
+    /// them.
     fn few<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<bool>>> {
         let mut few = self.film().few(None);
         if !self.is_light() {
@@ -132,17 +134,18 @@ impl Rendered {
         self.picture(py, few)
     }
 
-    /// Whether the error of the image's mean is not to be trusted.
+    /// Returns true if the error of the image's mean is unreliable.
     fn mean_few(&self) -> bool {
         self.is_light() && self.film().few_in_all(None)
     }
 
-    /// Whether the image shows light, rather than other quantities.
+    /// Returns true if the image shows light, false if it shows other quantities.
     fn is_light(&self) -> bool {
         self.0.scene.get().loaded.renderer.is_light()
     }
 
-    /// Quantities other than light, be they the image or found besides: names, names of channels, means and variances.
+    /// Returns quantities other than light, in the image or beside it: names, names of channels,
+    /// means and variances.
     fn quantities<'py>(&self, py: Python<'py>) -> PyResult<Vec<Quantity<'py>>> {
         let film = self.film_of_quantities();
         let mut first = 0;
@@ -157,7 +160,7 @@ impl Rendered {
         self.names_of_quantities().iter().map(named).collect()
     }
 
-    /// Second moments: names, names of channels, and values.
+    /// Returns second moments: names, names of channels, and values.
     fn moments<'py>(&self, py: Python<'py>) -> PyResult<Vec<Moment<'py>>> {
         let film = self.film();
         let loaded = &self.0.scene.get().loaded;
@@ -180,19 +183,20 @@ impl Rendered {
         of_light.chain(of_quantities).collect()
     }
 
-    /// Means with less weight for rare bright samples, if the film asks for them.
+    /// Returns means with reduced weight of rare bright samples, if the film requests them.
     fn reweighted<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArrayDyn<f32>>>> {
         let values = self.film().reweighted();
         values.map(|v| self.picture(py, v)).transpose()
     }
 
-    /// Numbers of samples, (height, width).
+    /// Returns numbers of samples, (height, width).
     fn counts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<u64>>> {
         let film = self.film();
         array(py, film.counts(), &[film.height(), film.width()])
     }
 
-    /// Writes the picture; a PNG file is brightened by so many stops, or as many as it needs.
+    /// Writes the picture. A PNG file is brightened by `exposure` stops, by default by an automatic
+    /// number.
     fn write(&self, py: Python<'_>, path: PathBuf, exposure: Option<f64>) -> PyResult<()> {
         let exposure = exposed(exposure);
         let written = py.detach(|| {
@@ -202,7 +206,8 @@ impl Rendered {
         written.map_err(|e| errors::file(&e))
     }
 
-    /// Layers of light told apart: names with means, variances and flags; and their axes, as JSON.
+    /// Returns separate layers of light, by names with means, variances and flags, and their axes
+    /// as JSON.
     fn layers<'py>(&self, py: Python<'py>) -> PyResult<(Vec<Layer<'py>>, String)> {
         let Some(naming) = Naming::of(&self.0.scene.get().loaded) else {
             return Ok((Vec::new(), "[]".into()));
@@ -222,7 +227,7 @@ impl Rendered {
         Ok((layers?, Value::from(naming.axes()).to_string()))
     }
 
-    /// Mean of the image and its standard error.
+    /// Returns the mean of the image and its standard error.
     fn summary(&self) -> (f64, f64) {
         self.film().summary()
     }
@@ -233,18 +238,18 @@ impl Rendered {
         &self.0.result.film
     }
 
-    /// The film of quantities other than light.
+    /// Returns the film of quantities other than light.
     fn film_of_quantities(&self) -> &Film {
         let quantities = self.0.result.quantities.as_ref();
         quantities.map_or(self.film(), |quantities| &quantities.film)
     }
 
-    /// What these are called, if there are any.
+    /// Returns the names of these quantities; empty if there are none.
     fn names_of_quantities(&self) -> &[NamedQuantity] {
         &self.0.scene.get().loaded.quantity_names
     }
 
-    /// The picture with all layers, as the program writes it.
+    /// Returns the picture with all layers, as the program writes it.
     fn picture_with_layers(&self) -> Picture<'_> {
         let loaded = &self.0.scene.get().loaded;
         let stats: Value = serde_json::from_str(&self.0.stats).unwrap_or_default();

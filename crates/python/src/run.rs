@@ -13,8 +13,8 @@ use io::{Outcome, Run};
 use pyo3::prelude::*;
 use std::time::Instant;
 
-/// Renders a picture, or reads the meters of a scene that has some. `tick` is called now and then with the number of samples, or
-/// particles, so far.
+/// Renders a picture, or measures if the scene has meters. `tick` is called repeatedly with the
+/// number of samples, or particles, so far.
 #[pyfunction]
 pub fn render<'py>(
     py: Python<'py>,
@@ -45,16 +45,16 @@ pub fn render<'py>(
 #[derive(Debug)]
 pub struct Driven {
     pub body: Body,
-    /// Why the run ended early.
+    /// Reason for an early end of the run.
     pub stopped: Option<Stopped>,
-    /// Whether Ctrl-C was pressed.
+    /// True if Ctrl-C was pressed.
     pub interrupted: bool,
     pub threads: usize,
     pub seconds: f64,
 }
 
 impl Driven {
-    /// Chooses the integrator of a run, if that is left open, and takes the samples.
+    /// Chooses the integrator of a run, if it is undecided, and takes the samples.
     pub fn by(
         py: Python<'_>,
         run: &mut Run,
@@ -84,7 +84,7 @@ impl Driven {
     }
 }
 
-/// Turns the samples of a run into an object of Python.
+/// Converts the samples of a run to a Python object.
 pub fn finish<'py>(
     py: Python<'py>,
     run: &Run,

@@ -15,27 +15,27 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::{Path, PathBuf};
 
-/// How an object is made again that was pickled: a function of Python, and its arguments.
+/// Function and arguments with which Python recreates a pickled object.
 pub type Recipe<'py> = (Bound<'py, PyAny>, Py<PyAny>);
 
-/// A scene that is ready to render. It does not change.
+/// An immutable scene, ready to render.
 ///
-/// From ``morgana.load_file`` or ``morgana.load_dict``. Scenes can be pickled, hashed, and compared with ``==``: equal ones
-/// have the same description and data, and are rendered in the same way.
+/// Made by ``morgana.load_file`` or ``morgana.load_dict``. Scenes can be pickled, hashed, and
+/// compared with ``==``: equal scenes have equal descriptions and data, and render in the same way.
 #[pyclass(frozen, module = "morgana")]
 #[derive(Debug)]
 pub struct Scene {
-    /// All that is known of it.
+    /// The loaded scene, with everything known about it.
     pub loaded: Loaded,
-    /// What it is called in outputs, a str: the name of its file, or ``dict``.
+    /// Name in outputs, a str: the name of the scene's file, or ``dict``.
     #[pyo3(get)]
     pub name: String,
-    /// How it is made again: ``"file"`` or ``"dict"``, the file's path or the dictionary, parameters, and what takes the place
-    /// of what the scene says.
+    /// Data for recreating the scene: ``"file"`` or ``"dict"``, the path of the file or the
+    /// dictionary, parameters, and replaced settings.
     recipe: Py<PyAny>,
 }
 
-/// What takes the place of what a scene says.
+/// Settings that replace settings of a scene.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub struct Instead {
@@ -117,7 +117,7 @@ pub fn load_dict(
     })
 }
 
-/// Writes the scene of a file to another; returns what of it Mitsuba 3 does not have.
+/// Writes the scene of a file to another file. Returns the features that Mitsuba 3 does not have.
 #[pyfunction]
 pub fn export_file(
     py: Python<'_>,
@@ -132,7 +132,7 @@ pub fn export_file(
     })
 }
 
-/// Writes the scene of a dictionary to a file; returns what of it Mitsuba 3 does not have.
+/// Writes the scene of a dictionary to a file. Returns the features that Mitsuba 3 does not have.
 #[pyfunction]
 pub fn export_dict(
     py: Python<'_>,
@@ -188,19 +188,20 @@ impl Scene {
         self.loaded.samples
     }
 
-    /// Fingerprint of the description and of all data, a str of hexadecimal digits.
+    /// Hash of the description and of all data, a str of hexadecimal digits.
     #[getter]
     fn hash(&self) -> String {
         self.loaded.hash.to_string()
     }
 
-    /// The number of samples closest to `samples` that is the same at each instant of a period of sound.
+    /// Returns the number of samples closest to `samples` that is equal for all instants of a
+    /// period of sound.
     fn _whole_periods(&self, samples: u64) -> u64 {
         let replicates = self.loaded.replicates;
         self.loaded.scene().whole_periods(samples, replicates)
     }
 
-    /// What is doubtful about rendering with another integrator.
+    /// Returns warnings about rendering with another integrator.
     fn _doubts<'py>(&self, py: Python<'py>, integrator: &str) -> PyResult<Vec<Bound<'py, PyAny>>> {
         let estimator = self.loaded.renderer_named(integrator);
         let named = estimator.map_err(|d| errors::scene(&d))?;
@@ -249,22 +250,22 @@ impl Scene {
         instruments.map(|i| i.name.clone()).collect()
     }
 
-    /// What is doubtful about the scene, a list of ``Diagnostic``.
+    /// Warnings about the scene, a list of ``Diagnostic``.
     #[getter]
     fn warnings<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyAny>>> {
         errors::diagnostics(py, &self.loaded.warnings)
     }
 
-    /// Where Mitsuba would render the scene otherwise (docs/mitsuba.md), a list of ``Diagnostic``.
+    /// Differences from a render by Mitsuba (docs/mitsuba.md), a list of ``Diagnostic``.
     #[getter]
     fn differences<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyAny>>> {
         errors::diagnostics(py, &self.loaded.notes_of_differences())
     }
 
-    /// The refractive indices of the media by their names, a dict of ``Field``.
+    /// Refractive indices of the media by their names, a dict of ``Field``.
     ///
-    /// A number is added to the name if there are several media of a name, such as ``fog_2``. ``ambient`` is around
-    /// everything.
+    /// If several media have a name, a number is appended to it, as in ``fog_2``. ``ambient`` is
+    /// the medium around everything.
     #[getter]
     fn fields<'py>(slf: Py<Self>, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let fields = PyDict::new(py);
@@ -296,7 +297,7 @@ impl Scene {
             .fold(0, |hash, byte| hash << 8 | u64::from(*byte))
     }
 
-    /// Scenes are pickled as what they were made of, and made again.
+    /// Pickles the data from which the scene was made, and the function that recreates it.
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Recipe<'py>> {
         let remake = py.import("morgana._scene")?.getattr("remake")?;
         let arguments = (self.recipe.clone_ref(py), self.hash());
@@ -311,7 +312,7 @@ impl Scene {
         format!("<ul>{}</ul>", rows.collect::<String>())
     }
 
-    /// Samples of one sample per pixel, as they are counted: pixels times groups of channels.
+    /// Counted samples per sample per pixel: pixels times groups of channels.
     #[getter]
     fn _samples_per_spp(&self) -> usize {
         let film = self.loaded.scene().film();
@@ -325,7 +326,7 @@ impl Scene {
 }
 
 impl Scene {
-    /// Whether it is the same description and data, rendered in the same way.
+    /// True if both scenes have equal descriptions and data, and render in the same way.
     pub fn is_same(&self, other: &Scene) -> bool {
         let method = |l: &Loaded| {
             (
@@ -339,7 +340,7 @@ impl Scene {
         self.loaded.hash == other.loaded.hash && method(&self.loaded) == method(&other.loaded)
     }
 
-    /// What there is to say of it in a few words each.
+    /// Returns short descriptions of the scene's properties.
     fn lines(&self) -> Vec<String> {
         let loaded = &self.loaded;
         let media = loaded.scene().media().iter().map(|m| m.name.as_str());

@@ -1,11 +1,12 @@
-//! Light whose phase sound modulates.
+//! Light with phases that sound modulates.
 
 use crate::numbers::{array, ask_for_memory};
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use transport::sidebands;
 
-/// Shares of the orders 0 to `orders`, the first axis, in light by the amplitude of its phase.
+/// Returns the fractions of light in the orders 0 to `orders`, the first axis, by the amplitude of
+/// its phase.
 #[pyfunction]
 pub fn order_shares<'py>(
     py: Python<'py>,
@@ -24,7 +25,8 @@ pub fn order_shares<'py>(
     array(py, shares, &[&[parts], phases.shape()].concat())
 }
 
-/// Autocorrelation of light by the amplitude of its phase, at a delay that turns the sound by twice `half_turn`.
+/// Returns the autocorrelation of light by the amplitude of its phase, at a delay that turns the
+/// phase of the sound by twice `half_turn`.
 #[pyfunction]
 pub fn phase_correlation<'py>(
     py: Python<'py>,

@@ -1,4 +1,4 @@
-//! Rays of given starts.
+//! Tracing of rays with given starts.
 
 use crate::ends::{Columns, Ends};
 use crate::field::Field;
@@ -19,10 +19,10 @@ use transport::trace::{Path, TracePoint, Tracer, follow_field};
 type Numbers<'py> = Bound<'py, PyArrayDyn<f64>>;
 type Follow<'a> = Box<dyn Fn(Start) -> Path + Sync + 'a>;
 
-/// Rays that are followed before their ends are noted: what they pass on their way is forgotten then.
+/// Number of rays that are traced before their ends are stored: their points are then discarded.
 const BLOCK: usize = 1 << 12;
 
-/// What rays go through.
+/// Scene or field that rays pass through.
 #[derive(FromPyObject)]
 pub enum Through {
     /// A scene, with its surfaces.
@@ -31,10 +31,10 @@ pub enum Through {
     Field(Py<Field>),
 }
 
-/// What optical path differences are taken against.
+/// Reference of optical path differences.
 #[derive(FromPyObject)]
 pub enum GivenIndex {
-    /// The same index everywhere.
+    /// A constant index.
     Constant(f64),
     /// A field.
     Varying(Py<Field>),
@@ -49,28 +49,28 @@ impl GivenIndex {
     }
 }
 
-/// A dictionary of how rays are followed.
+/// Dictionary of the options of ray tracing.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub struct TraceOptions {
-    /// Scene units, positive; a field needs it.
+    /// Maximum length in scene units, positive; required for a field.
     max_length: Option<f64>,
     reference_index: Option<GivenIndex>,
-    /// Seconds, positive.
+    /// Time limit in seconds, positive.
     time: Option<f64>,
-    /// Whether the points of each ray are kept.
+    /// True to keep the points of each ray.
     paths: bool,
 }
 
-/// Where a ray starts.
+/// Start of a ray.
 #[derive(Clone, Copy)]
 struct Start {
     x: DVec3,
-    /// Unit length.
+    /// Unit vector.
     direction: DVec3,
 }
 
-/// Where all rays start: arrays of Python, which are not copied.
+/// Starts of all rays: Python arrays, which are not copied.
 #[derive(Clone, Copy)]
 struct Starts<'a> {
     origins: ArrayView2<'a, f64>,
@@ -90,7 +90,7 @@ impl Starts<'_> {
         }
     }
 
-    /// Refuses starts of which there is no ray.
+    /// Raises an error for starts that have no ray.
     fn check(&self) -> PyResult<()> {
         let refused = |message: String| Err(PyValueError::new_err(message));
         for (i, (x, d)) in self
@@ -115,22 +115,22 @@ impl Starts<'_> {
     }
 }
 
-/// The direction of a vector whose square may be more or less than numbers can say; NaN of zero.
+/// Normalises a vector, even if its square overflows or underflows; NaN for the zero vector.
 fn unit(d: DVec3) -> DVec3 {
     let size = d.abs().max_element();
     let squares = (1e-100..1e100).contains(&size);
     (if squares { d } else { d / size }).normalize()
 }
 
-/// The points of rays that were followed, ray after ray.
+/// Points of traced rays, ray after ray.
 #[pyclass(frozen, module = "morgana._morgana")]
 #[derive(Debug)]
 pub struct Traced {
     rays: Vec<Vec<TracePoint>>,
 }
 
-/// Follows rays from `origins` in `directions`, which need not have unit length. Returns their ends; their points, if
-/// they are wanted; and why some of them were not followed.
+/// Traces rays from `origins` in `directions`, which need not have unit length. Returns their ends;
+/// their points, if requested; and the reason if some rays were not traced.
 #[pyfunction]
 pub fn trace(
     py: Python<'_>,
@@ -172,7 +172,7 @@ pub fn trace(
     Ok((ends, traced, stopped.map(Stopped::name)))
 }
 
-/// How a ray is followed.
+/// Returns the function that traces a ray.
 fn follower<'a>(through: &'a Through, options: &'a TraceOptions) -> Follow<'a> {
     let given = options.reference_index.as_ref().map(GivenIndex::get);
     match through {
@@ -184,7 +184,7 @@ fn follower<'a>(through: &'a Through, options: &'a TraceOptions) -> Follow<'a> {
         }
         Through::Field(field) => {
             let index = field.get().index();
-            // Python asks for it.
+            // Use the length that Python has checked.
             let length = options.max_length.unwrap_or(0.0);
             Box::new(move |start| {
                 let tolerance = Tolerance::default();
@@ -194,7 +194,8 @@ fn follower<'a>(through: &'a Through, options: &'a TraceOptions) -> Follow<'a> {
     }
 }
 
-/// The ends of all rays, and their points if these are to be kept. Rays that are not followed for want of time have none.
+/// Returns the ends of all rays, and their points if `keep` is true. Rays that are not traced for
+/// lack of time have neither.
 fn follow_all(
     starts: &Starts,
     follow: &Follow,
@@ -221,7 +222,7 @@ fn follow_all(
     (columns, rays)
 }
 
-/// A path of its end only.
+/// Reduces a path to its end.
 fn without_way(mut path: Path) -> Path {
     Path {
         points: path.points.pop().into_iter().collect(),
@@ -230,7 +231,7 @@ fn without_way(mut path: Path) -> Path {
 }
 
 impl Traced {
-    /// `N` numbers of each point.
+    /// Makes an array of `N` numbers of each point.
     fn of_points<'py, const N: usize>(
         &self,
         py: Python<'py>,
@@ -246,7 +247,7 @@ impl Traced {
 
 #[pymethods]
 impl Traced {
-    /// Where the points of each ray begin; one more than there are rays.
+    /// Returns the index of the first point of each ray, and the number of all points.
     fn offsets<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<i64>>> {
         let mut offsets = vec![0];
         let mut end = 0;

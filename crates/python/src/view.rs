@@ -1,4 +1,4 @@
-//! The page of the viewer, as Python serves it.
+//! Viewer page that Python serves.
 
 use crate::errors;
 use pyo3::exceptions::PyOSError;
@@ -7,11 +7,11 @@ use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 use view::{Item, ItemOptions, OpenError, ViewOptions, ViewServer};
 
-/// A page that is served until it is closed or forgotten.
+/// A page that is served until it is closed or dropped.
 #[pyclass(frozen, module = "morgana._morgana")]
 #[derive(Debug)]
 pub struct Viewer {
-    /// The page's address.
+    /// Address of the page.
     #[pyo3(get)]
     address: String,
     server: Mutex<Option<ViewServer>>,
@@ -47,7 +47,7 @@ impl Viewer {
         })
     }
 
-    /// Ends the page.
+    /// Stops serving the page.
     fn close(&self, py: Python<'_>) {
         py.detach(|| {
             drop(

@@ -1,4 +1,4 @@
-//! Files of volumes.
+//! Volume files.
 
 use crate::errors;
 use crate::numbers::ask_for_memory;
@@ -8,8 +8,9 @@ use numpy::{PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use std::path::PathBuf;
 
-/// Writes samples [z, y, x] between nodes as the array `name`, in the format that the name of the file tells. Formats with
-/// place keep the position of the first sample and the distances along x, y and z.
+/// Writes samples [z, y, x] at nodes as the array `name`, in the format of the file's extension.
+/// Formats that store a position keep the position of the first sample and the distances along x, y
+/// and z.
 #[pyfunction]
 pub fn write_volume(
     py: Python<'_>,
@@ -29,7 +30,7 @@ pub fn write_volume(
         steps: DMat3::from_diagonal(DVec3::from(spacing)),
         nodes: true,
     };
-    // Formats restrict the names of arrays.
+    // Replace characters that formats do not allow in names.
     let kept = |c: char| c.is_alphanumeric() || "_-.".contains(c);
     let name = name.replace(|c| !kept(c), "_");
     let written = py.detach(|| {

@@ -1,4 +1,5 @@
-//! Long work beside Python: the interpreter stays free, signals are seen, progress is told.
+//! Long work beside Python: the interpreter stays free, signals are handled, and progress is
+//! reported.
 
 use io::loading::Loading;
 use pyo3::exceptions::PyKeyboardInterrupt;
@@ -10,30 +11,32 @@ use std::thread;
 use std::time::{Duration, Instant};
 use transport::render::Handle;
 
-/// Time between two looks at signals and progress.
+/// Time between two checks of signals and progress.
 const INTERVAL: Duration = Duration::from_millis(50);
 
-/// What work and its watcher share.
+/// State that the work and its watcher share.
 #[derive(Debug, Default)]
 pub struct Shared {
-    /// The work.
+    /// Handle of the work.
     pub handle: Handle,
-    /// Whether the work is to end soon.
+    /// True if the work is to end soon.
     pub stop: AtomicBool,
 }
 
 impl Shared {
-    /// Whether the work is to end soon.
+    /// True if the work is to end soon.
     pub fn asked(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
     }
 }
 
-/// Does `work` on a thread of its own while this one runs Python's signal handlers and calls `tick`, if given, with
-/// the samples so far, and ends it when its `time` is over. Returns what the work gives, and whether Ctrl-C has stopped it.
+/// Does `work` on another thread, while this thread runs Python's signal handlers.
+///
+/// Calls `tick`, if given, with the number of samples so far, and ends the work after `time`.
+/// Returns the result of the work, and true after Ctrl-C.
 ///
 /// # Errors
-/// What a handler or `tick` raises, once the work has stopped: all but `KeyboardInterrupt`.
+/// Exceptions of a handler or of `tick`, except `KeyboardInterrupt`, once the work has stopped.
 pub fn watched<T: Send>(
     py: Python<'_>,
     tick: Option<&Py<PyAny>>,
@@ -46,7 +49,7 @@ pub fn watched<T: Send>(
             let (running, ended) = channel::<()>();
             let shared = &shared;
             let worker = scope.spawn(move || {
-                // Dropped at the end, also if the work panics: the watcher then knows.
+                // Drop the sender at the end, also after a panic: the watcher then notices the end.
                 let _running = running;
                 work(shared)
             });
@@ -71,10 +74,11 @@ pub fn watched<T: Send>(
     }
 }
 
-/// Does the `work` of loading on a thread of its own while this one runs Python's signal handlers.
+/// Does the `work` of loading on another thread, while this thread runs Python's signal handlers.
 ///
 /// # Errors
-/// An exception that a handler raises, such as `KeyboardInterrupt`, at once: the work then ends by itself, and its result is dropped.
+/// Exceptions of a handler, such as `KeyboardInterrupt`, at once. The work then ends by itself, and
+/// its result is dropped.
 pub fn loaded<T: Send + 'static>(
     py: Python<'_>,
     loading: &Loading,

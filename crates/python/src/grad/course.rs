@@ -1,4 +1,4 @@
-//! What rays go through, and where they end.
+//! Media and surfaces that rays pass, and the ends of the rays.
 
 use crate::field::Field;
 use crate::numbers::array;
@@ -23,23 +23,24 @@ pub enum GivenMedium<'py> {
     Field(Py<Field>),
     /// Samples of n, [z, y, x], in the box.
     Samples(PyReadonlyArray3<'py, f64>),
-    /// The same everywhere.
+    /// A constant index.
     Index(f64),
 }
 
-/// A surface: point, unit axis and form of a quadric, and the radius of its opening if it is an aperture.
+/// Surface: point, unit axis and form of a quadric, and the radius of the opening for an aperture.
 type GivenElement = ([f64; 3], [f64; 3], [f64; 4], Option<f64>);
 
-/// What rays go through.
+/// Media and surfaces that rays pass.
 #[derive(FromPyObject)]
 pub struct GivenLayout<'py>(
-    /// One medium in a box, or one more than there are refracting surfaces.
+    /// Media: a single medium in a box, or one more than there are refracting surfaces.
     Vec<GivenMedium<'py>>,
-    /// In the order in which rays meet them; `None` for a box.
+    /// Surfaces in the order in which rays meet them; `None` for a box.
     Option<Vec<GivenElement>>,
 );
 
-/// A change of what rays go through: of the parameters of each medium, of each surface, and of the exit.
+/// Change of media and surfaces: of the parameters of each medium, of each surface, and of the
+/// exit.
 #[derive(FromPyObject)]
 pub struct GivenChange<'py>(
     Vec<PyReadonlyArray1<'py, f64>>,
@@ -47,26 +48,26 @@ pub struct GivenChange<'py>(
     [f64; 6],
 );
 
-/// A dictionary of where rays go and end.
+/// Dictionary of the region, the exit and the accuracy of rays.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub struct RayOptions {
-    /// Corners of the box; without, the field is everywhere.
+    /// Corners of the box; `None` for a field without bounds.
     region: Option<([f64; 3], [f64; 3])>,
     /// Index around the box.
     ambient: f64,
-    /// Whether the outermost samples lie on the faces of the box.
+    /// True if the outermost samples lie on the faces of the box.
     nodes: bool,
-    /// A point and a unit normal; without, rays end where they leave the box.
+    /// Point and unit normal of the exit; `None` if rays end where they leave the box.
     plane: Option<([f64; 3], [f64; 3])>,
     tolerance: f64,
     max_length: f64,
 }
 
-/// All that rays go through and end on, ready to be followed.
+/// Media, surfaces and exit, ready for tracing.
 pub(super) struct Course {
     media: Vec<Index>,
-    /// Of the media that are samples, the grid.
+    /// Grid of each medium, if it consists of samples.
     grids: Vec<Option<Bspline>>,
     elements: Option<Vec<SequenceElement>>,
     pub(super) region: Aabb,
@@ -127,7 +128,7 @@ impl Course {
         }
     }
 
-    /// `None` if the numbers of media and surfaces do not fit.
+    /// Returns the layout; `None` if the numbers of media and surfaces do not match.
     pub(super) fn layout(&self) -> Option<Layout<'_>> {
         match (&self.elements, &self.media[..]) {
             (Some(elements), media) => Sequence::new(elements, media).map(Layout::Sequence),
@@ -139,7 +140,7 @@ impl Course {
         }
     }
 
-    /// Whether rays go through a box.
+    /// True if rays pass through a box.
     pub(super) fn is_boxed(&self) -> bool {
         self.elements.is_none()
     }
@@ -153,7 +154,8 @@ impl Course {
         AdjointRay::new(layout, self.receiver, self.tolerance, self.max_length)
     }
 
-    /// Derivatives as Python takes them: of each medium by its parameters (samples in their shape), of each surface, of the exit.
+    /// Converts derivatives for Python: of each medium by its parameters (samples in their shape),
+    /// of each surface, of the exit.
     pub(super) fn derivatives<'py>(
         &self,
         py: Python<'py>,
@@ -187,7 +189,7 @@ impl Course {
         Ok((fields, surfaces, exit))
     }
 
-    /// A change as it is followed.
+    /// Converts a change from Python for tracing.
     pub(super) fn change<'a>(
         &self,
         layout: &'a Layout<'a>,
@@ -222,10 +224,10 @@ impl Course {
     }
 }
 
-/// Of each medium, of each surface, of the exit.
+/// Derivatives by each medium, each surface, and the exit.
 pub(super) type FoundDerivatives<'py> = (Vec<Numbers<'py>>, Numbers<'py>, [f64; 6]);
 
-/// Sums of derivatives, apart from the layout that they are by.
+/// Sums of derivatives, without the layout to which they belong.
 #[derive(Default)]
 pub(super) struct Sums {
     media: Vec<Vec<f64>>,
@@ -255,7 +257,7 @@ fn element((point, axis, form, radius): &GivenElement) -> SequenceElement {
     }
 }
 
-/// The spline through samples [z, y, x], in a row.
+/// Makes the spline through contiguous samples [z, y, x].
 fn spline(samples: ArrayView3<f64>, region: Aabb, nodes: bool) -> PyResult<Bspline> {
     let refused = |message: String| PyValueError::new_err(message);
     let values = samples.as_slice();

@@ -1,4 +1,4 @@
-//! Where rays start and end, and losses of their ends.
+//! Starts and ends of rays, and losses of the ends.
 
 use super::course::Course;
 use eikonal::Aabb;
@@ -8,18 +8,18 @@ use numpy::ndarray::{ArrayView1, ArrayView2};
 use numpy::{PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
-/// Where all rays start: arrays of Python, which are not copied.
+/// Starts of all rays: Python arrays, which are not copied.
 #[derive(Clone, Copy)]
 pub(super) struct Starts<'a> {
     origins: ArrayView2<'a, f64>,
     directions: ArrayView2<'a, f64>,
-    /// The box.
+    /// Box of the field.
     region: Aabb,
-    /// Whether there is one, or else a sequence, which rays meet from its front.
+    /// True for a box, false for a sequence, which rays meet from its front.
     is_boxed: bool,
 }
 
-/// A row of three numbers.
+/// Returns a row of three numbers.
 pub(super) fn row(of: &ArrayView2<f64>, i: usize) -> DVec3 {
     DVec3::new(of[[i, 0]], of[[i, 1]], of[[i, 2]])
 }
@@ -42,7 +42,7 @@ impl<'a> Starts<'a> {
         self.origins.nrows()
     }
 
-    /// The start of a ray, and the length of its direction as it was given.
+    /// Returns the start of a ray, and the length of its direction as given.
     pub(super) fn get(&self, i: usize) -> (RayStart<usize>, f64) {
         let (x, given) = (row(&self.origins, i), row(&self.directions, i));
         let length = given.length();
@@ -55,7 +55,7 @@ impl<'a> Starts<'a> {
     }
 }
 
-/// Whether a ray starts in a box: inside, or on a face and inwards.
+/// True if a ray starts in a box: inside, or on a face and inwards.
 fn enters(region: &Aabb, x: DVec3, direction: DVec3) -> bool {
     (0..3).all(|axis| {
         let (x, d) = (x[axis], direction[axis]);
@@ -64,7 +64,7 @@ fn enters(region: &Aabb, x: DVec3, direction: DVec3) -> bool {
     })
 }
 
-/// Arrays of ends: positions, unit directions, optical lengths. What is left out is `None`.
+/// Arrays of ends: positions, unit directions, optical lengths; `None` if left out.
 #[derive(FromPyObject)]
 pub struct GivenEnds<'py>(
     Option<PyReadonlyArray2<'py, f64>>,
@@ -94,7 +94,7 @@ pub(super) struct Ends<'a> {
 type EndValues = (DVec3, DVec3, f64);
 
 impl Ends<'_> {
-    /// Those of a ray, with `missing` for what is left out.
+    /// Returns the numbers of a ray, with `missing` for arrays that are left out.
     fn get(&self, i: usize, missing: f64) -> EndValues {
         let vector = |of: &Option<ArrayView2<f64>>| {
             of.as_ref().map_or(DVec3::splat(missing), |of| row(of, i))
@@ -107,18 +107,18 @@ impl Ends<'_> {
 /// A loss of the ends of rays.
 #[derive(Clone, Copy)]
 pub(super) enum Loss<'a> {
-    /// Given by its derivatives.
+    /// Loss that is given by its derivatives.
     Derivatives(Ends<'a>),
-    /// ½Σ ((end − measured)/noise)², of what is measured: neither infinite nor NaN.
+    /// Loss ½Σ ((end − measured)/noise)² over measured values that are finite.
     Squares {
         measured: Ends<'a>,
-        /// Of positions, directions and optical lengths.
+        /// Noise of positions, directions and optical lengths.
         noise: [f64; 3],
     },
 }
 
 impl Loss<'_> {
-    /// Whether it depends on a ray.
+    /// True if the loss depends on a ray.
     pub(super) fn depends_on(&self, i: usize) -> bool {
         match self {
             Loss::Derivatives(by) => by.get(i, 0.0) != (DVec3::ZERO, DVec3::ZERO, 0.0),
@@ -129,7 +129,8 @@ impl Loss<'_> {
         }
     }
 
-    /// What a ray adds to twice the sum of squares, and the derivative of the loss by its end.
+    /// Returns a ray's contribution to twice the sum of squares, and the derivative of the loss by
+    /// its end.
     pub(super) fn at(&self, i: usize, end: &RayEnd) -> (f64, EndDerivative) {
         let direction = end.v.normalize();
         let (squares, (x, d, length)) = match self {
@@ -148,7 +149,7 @@ impl Loss<'_> {
     }
 }
 
-/// A residual; zero where it is not known.
+/// Returns a residual; zero if it is unknown.
 fn known(residual: DVec3) -> DVec3 {
     if residual.is_finite() {
         residual

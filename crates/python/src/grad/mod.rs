@@ -1,4 +1,4 @@
-//! Ends of many rays, and derivatives of losses by what the rays go through and by their starts.
+//! Ends of many rays, and derivatives of losses by media, surfaces and starts.
 
 mod course;
 mod ends;
@@ -18,10 +18,11 @@ use share::derivatives;
 
 type Numbers<'py> = Bound<'py, PyArrayDyn<f64>>;
 
-/// Rays that are followed before signals are looked at.
+/// Number of rays that are traced between two checks of signals.
 const BLOCK: usize = 1 << 10;
 
-/// Numbers of failures, in the order of `python/morgana/grad.py`; zero for a ray with an end.
+/// Returns the number of a failure, in the order of `python/morgana/grad.py`; zero is a ray with an
+/// end.
 fn number(failure: RayFailure) -> u8 {
     match failure {
         RayFailure::Missed => 1,
@@ -41,7 +42,8 @@ fn not_interrupted<T>((result, interrupted): (T, bool)) -> PyResult<T> {
     }
 }
 
-/// Positions, directions and optical lengths of ends, or changes of them; NaN for rays without an end.
+/// Positions, directions and optical lengths of ends, or their changes; NaN for rays without an
+/// end.
 struct Columns {
     positions: Vec<f64>,
     directions: Vec<f64>,
@@ -50,7 +52,7 @@ struct Columns {
 }
 
 impl Columns {
-    /// What `of` says of each ray, a number of a failure if it has no end.
+    /// Collects the results of `of` for each ray; an error is the number of a failure.
     fn of(
         py: Python<'_>,
         count: usize,
@@ -115,13 +117,14 @@ type FoundEnds<'py> = (
     Bound<'py, PyArrayDyn<u8>>,
 );
 
-/// What rays go through, for which numbers of media and surfaces have been found to fit.
+/// Returns media and surfaces, whose numbers have been checked.
 fn layout(course: &Course) -> PyResult<Layout<'_>> {
     let refused = || PyValueError::new_err("media and surfaces do not fit");
     course.layout().ok_or_else(refused)
 }
 
-/// Follows rays to where they end: positions, unit directions, optical lengths, and numbers of failures. What has no end is NaN.
+/// Traces rays to their ends: positions, unit directions, optical lengths, and numbers of failures.
+/// Rays without an end are NaN.
 #[pyfunction]
 pub fn follow_rays<'py>(
     py: Python<'py>,
@@ -140,8 +143,8 @@ pub fn follow_rays<'py>(
     Columns::of(py, starts.len(), &course, &layout, follow)?.into_arrays(py)
 }
 
-/// How the ends of rays change with what they go through and with where they start, as they were given: positions, directions, optical
-/// lengths, and numbers of failures. Rays without an end are NaN.
+/// Computes the changes of ends with media, surfaces and starts as given: positions, directions,
+/// optical lengths, and numbers of failures. Rays without an end are NaN.
 #[pyfunction]
 #[allow(clippy::too_many_arguments)] // Each an array of Python's own.
 pub fn push_forward<'py>(
@@ -174,8 +177,9 @@ pub fn push_forward<'py>(
     Columns::of(py, starts.len(), &course, &layout, push)?.into_arrays(py)
 }
 
-/// Takes derivatives of a loss by the ends of rays back: by all media, surfaces and the exit; by origins; by directions, as they
-/// were given. The number of rays without an end on which the loss depends.
+/// Pulls derivatives of a loss by the ends of rays back: to all media, surfaces and the exit; to
+/// origins; to directions as given. Also returns the number of rays without an end on which the
+/// loss depends.
 #[pyfunction]
 #[allow(clippy::type_complexity)] // Four results.
 pub fn pull_back<'py>(
@@ -198,8 +202,9 @@ pub fn pull_back<'py>(
     ))
 }
 
-/// Σ ((end − measured)/noise)² over all rays, with its three kinds of noise; the derivatives of half of it by all media, surfaces and the
-/// exit; and the number of rays that are measured but have no end.
+/// Computes Σ ((end − measured)/noise)² over all rays, with a noise for each of the three kinds of
+/// data. Also returns the derivatives of half the sum by all media, surfaces and the exit, and the
+/// number of measured rays that have no end.
 #[pyfunction]
 pub fn sum_of_squares<'py>(
     py: Python<'py>,

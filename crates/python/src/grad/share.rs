@@ -9,20 +9,21 @@ use eikonal::adjoint::{Layout, LayoutDerivative};
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
-/// Bytes of sums that are made side by side, whatever the number of threads: so results do not depend on it.
+/// Memory for sums that are computed side by side, in bytes. It does not depend on the number of
+/// threads, so that results do not either.
 const SUMS: usize = 160 << 20;
-/// No more sums than these.
+/// Maximum number of sums.
 const MOST_SUMS: usize = 32;
 
-/// A part of the rays, in their order, with sums of its own.
+/// Part of the rays, in their order, with its own sums.
 struct Share<'a> {
     first: usize,
     by_origins: &'a mut [f64],
     by_directions: &'a mut [f64],
     sums: LayoutDerivative<'a>,
-    /// Of a loss of squares.
+    /// Sum of a loss of squares.
     squares: f64,
-    /// Rays without an end on which the loss depends all the same.
+    /// Number of rays without an end on which the loss depends.
     failed: usize,
 }
 
@@ -59,7 +60,7 @@ impl Share<'_> {
     }
 }
 
-/// Derivatives by everything.
+/// Derivatives by media, surfaces, exit and starts.
 pub(super) struct Derivatives {
     pub(super) squares: f64,
     pub(super) sums: Sums,
@@ -68,7 +69,7 @@ pub(super) struct Derivatives {
     pub(super) failed: usize,
 }
 
-/// Those of a loss.
+/// Computes the derivatives of a loss.
 pub(super) fn derivatives(
     py: Python<'_>,
     course: &Course,
@@ -113,7 +114,8 @@ pub(super) fn derivatives(
     })
 }
 
-/// The sums of all shares, in their order, those of squares, and the rays that failed.
+/// Adds up the sums of all shares in their order, the sums of squares, and the numbers of failed
+/// rays.
 fn added(mut total: LayoutDerivative, shares: Vec<Share>) -> (Sums, f64, usize) {
     let (mut squares, mut failed) = (0.0, 0);
     for share in shares {
