@@ -1,4 +1,4 @@
-//! Writing a file completely or not at all.
+//! Atomic writing of files: completely or not at all.
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
@@ -7,14 +7,15 @@ use std::path::{Path, PathBuf};
 use crate::error::{FileError, Problem};
 use crate::temporary::Temporary;
 
-/// Longest chain of symbolic links, as on Linux.
+/// Maximum length of a chain of symbolic links, as on Linux.
 const MOST_LINKS: usize = 40;
 
-/// Writes a file: `write` fills a temporary file in the same folder, which takes the place of
-/// `path` only once everything is on disk. After a failure the temporary is removed and whatever
-/// was at `path` is still there; what a killed process leaves is removed later. A symbolic link is followed, also one to a file that does not
-/// exist yet. The
-/// permissions are those of the file that is replaced.
+/// Writes a file atomically.
+///
+/// `write` fills a temporary file in the same folder, which replaces `path` only after everything
+/// is on disk. After a failure, the temporary file is removed, and the old file at `path` remains.
+/// A later process removes the temporary files of killed processes. Symbolic links are followed,
+/// also to files that do not exist yet. The new file has the permissions of the replaced file.
 ///
 /// ```no_run
 /// use std::io::Write;
@@ -34,7 +35,8 @@ pub fn write(
     let fail = |error| Problem::Write(error).at(path);
     let (temporary, file) = Temporary::create(&target).map_err(fail)?;
     if let Ok(replaced) = fs::metadata(&target) {
-        // Before anything is in it that others may not read. Some file systems have no permissions.
+        // Set permissions before the file has content that others may not read. Ignore failures:
+        // some file systems have no permissions.
         let _ = file.set_permissions(replaced.permissions());
     }
     let mut writer = BufWriter::new(file);
@@ -56,19 +58,19 @@ pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     write(path, |file| file.write_all(bytes))
 }
 
-/// Where the file really lies. Anything but a regular file must not be replaced: as root, renaming
-/// over a device would succeed.
+/// Resolves the path of a file. Other objects than regular files must not be replaced: as root,
+/// renaming over a device would succeed.
 fn target(path: &Path) -> Result<PathBuf, FileError> {
     match fs::metadata(path) {
         Ok(metadata) if !metadata.is_file() => Err(Problem::NotAFile.at(path)),
         Ok(_) => path.canonicalize().map_err(|e| Problem::Write(e).at(path)),
         Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(end_of_links(path)),
-        // A name that is too long, for instance.
+        // Report other failures, such as a name that is too long.
         Err(e) => Err(Problem::Write(e).at(path)),
     }
 }
 
-/// The place to which symbolic links lead where no file is yet.
+/// Returns the end of a chain of symbolic links, at which no file exists.
 fn end_of_links(path: &Path) -> PathBuf {
     let mut place = path.to_owned();
     for _ in 0..MOST_LINKS {
@@ -80,7 +82,7 @@ fn end_of_links(path: &Path) -> PathBuf {
     place
 }
 
-/// Finds out by trying whether a file can be put in place of `path`: hours of work should not end with the news that it cannot.
+/// Tries whether a file can be placed at `path`, so that a failure is known before hours of work.
 ///
 /// # Errors
 ///
@@ -91,7 +93,7 @@ pub fn probe(path: &Path) -> Result<(), FileError> {
     created.map_err(|e| Problem::Write(e).at(path))
 }
 
-/// Makes the new name durable where the system can; the content is safe in any case.
+/// Makes the new name durable if the system supports it. The content is safe in any case.
 fn sync_folder(target: &Path) {
     let folder = target.parent().filter(|p| !p.as_os_str().is_empty());
     if let Ok(folder) = File::open(folder.unwrap_or(Path::new("."))) {

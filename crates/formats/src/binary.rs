@@ -1,12 +1,12 @@
-//! Reading numbers from files without trusting the sizes they claim.
+//! Reading of numbers from files without trust in their stated sizes.
 
 use crate::error::Problem;
 
-/// The number of elements of an array, whose bytes after a header of `header` bytes must be what a
-/// file of `size` bytes holds.
+/// Returns the number of elements of an array. A file of `size` bytes must contain exactly the
+/// array, after a header of `header` bytes.
 ///
 /// # Errors
-/// Another size, or one that overflows.
+/// Another size, or a size that overflows.
 pub fn checked_count(
     shape: &[usize],
     element_size: usize,
@@ -22,8 +22,8 @@ pub fn checked_count(
     Ok(count)
 }
 
-/// Checks that a file of `size` bytes holds `count` elements after a header of `header` bytes, and nothing
-/// else.
+/// Checks that a file of `size` bytes contains exactly `count` elements after a header of `header`
+/// bytes.
 pub(crate) fn check_size(
     count: usize,
     element_size: usize,
@@ -45,7 +45,7 @@ pub(crate) fn check_size(
     }
 }
 
-/// Sizes as `2 x 3 x 4`.
+/// Formats sizes as `2 x 3 x 4`.
 pub(crate) fn product(shape: &[usize]) -> String {
     shape
         .iter()

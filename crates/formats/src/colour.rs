@@ -1,6 +1,6 @@
 //! The sRGB transfer function, and colours written with it.
 
-/// Linear intensity of an sRGB-encoded value, both in [0, 1] (IEC 61966-2-1).
+/// Returns the linear intensity of an sRGB-encoded value, both in [0, 1] (IEC 61966-2-1).
 pub fn linear_from_srgb(v: f64) -> f64 {
     if v <= 0.04045 {
         v / 12.92
@@ -9,7 +9,7 @@ pub fn linear_from_srgb(v: f64) -> f64 {
     }
 }
 
-/// sRGB-encoded value of a linear intensity, both in [0, 1] (IEC 61966-2-1).
+/// Returns the sRGB-encoded value of a linear intensity, both in [0, 1] (IEC 61966-2-1).
 pub fn srgb_from_linear(v: f64) -> f64 {
     if v <= 0.003_130_8 {
         v * 12.92
@@ -18,7 +18,7 @@ pub fn srgb_from_linear(v: f64) -> f64 {
     }
 }
 
-/// Linear red, green and blue of six hexadecimal digits, sRGB-encoded.
+/// Returns linear red, green and blue of six hexadecimal digits, sRGB-encoded.
 pub fn rgb_from_hex(digits: &str) -> Option<[f64; 3]> {
     if digits.len() != 6 || !digits.bytes().all(|b| b.is_ascii_hexdigit()) {
         return None;

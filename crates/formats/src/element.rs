@@ -1,13 +1,13 @@
-//! Types of numbers as files hold them.
+//! Number types in files.
 
 use half::f16;
 use std::fmt;
 use std::io::{self, Read, Write};
 
-/// Values converted at a time.
+/// Number of values that are converted at a time.
 const BLOCK: usize = 8192;
 
-/// A type of numbers.
+/// Number type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Element {
     /// IEEE 754, 16 bits.
@@ -50,7 +50,7 @@ impl Element {
         Element::U64,
     ];
 
-    /// Its name, that of NumPy: `float32`.
+    /// Returns the name of the type, as in NumPy: `float32`.
     pub fn name(self) -> &'static str {
         match self {
             Element::F16 => "float16",
@@ -67,12 +67,12 @@ impl Element {
         }
     }
 
-    /// That of the given name.
+    /// Returns the type with the given name.
     pub fn of_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|element| element.name() == name)
     }
 
-    /// The integer of so many bytes.
+    /// Returns the integer type of `size` bytes.
     pub(crate) fn integer(size: usize, signed: bool) -> Option<Self> {
         Some(match (size, signed) {
             (1, true) => Element::I8,
@@ -87,7 +87,7 @@ impl Element {
         })
     }
 
-    /// Bytes of a number.
+    /// Returns the size of a number in bytes.
     pub fn size(self) -> usize {
         match self {
             Element::I8 | Element::U8 => 1,
@@ -97,17 +97,17 @@ impl Element {
         }
     }
 
-    /// Whether it holds whole numbers only.
+    /// Returns true for types of whole numbers.
     pub fn is_integer(self) -> bool {
         !matches!(self, Element::F16 | Element::F32 | Element::F64)
     }
 
-    /// Whether numbers of 32 bits hold all of its numbers.
+    /// Returns true if single precision represents all numbers of the type.
     pub fn is_single(self) -> bool {
         self.float() != Element::F64
     }
 
-    /// The same type, or for integers the floating-point numbers that hold them.
+    /// Returns the type itself, or for integers a floating-point type that represents them.
     pub fn float(self) -> Self {
         match self {
             Element::F16 | Element::F32 | Element::F64 => self,
@@ -116,8 +116,8 @@ impl Element {
         }
     }
 
-    /// The number that is stored for `v`: the nearest. Beyond its range, that is infinite or the end of
-    /// the range.
+    /// Returns the stored number for `v`: the nearest one. Beyond the range of the type, it is
+    /// infinite or the end of the range.
     pub fn nearest(self, v: f64) -> f64 {
         match self {
             Element::F16 => f16::from_f64(v).to_f64(),
@@ -134,7 +134,7 @@ impl Element {
         }
     }
 
-    /// Numbers from their bytes, the least significant first.
+    /// Decodes numbers from little-endian bytes.
     pub fn decode(self, bytes: &[u8], sink: &mut impl FnMut(f64)) {
         match self {
             Element::F16 => words(bytes, |b| f16::from_le_bytes(b).to_f64(), sink),
@@ -151,7 +151,7 @@ impl Element {
         }
     }
 
-    /// The bytes of the number that is nearest to `v`, the least significant first.
+    /// Encodes the number nearest to `v` in little-endian bytes.
     fn encode(self, v: f64, out: &mut Vec<u8>) {
         match self {
             Element::F16 => out.extend(f16::from_f64(v).to_le_bytes()),
@@ -184,12 +184,12 @@ fn words<const N: usize>(
     words.iter().for_each(|word| sink(convert(*word)));
 }
 
-/// A type of numbers and the order of its bytes.
+/// Number type and byte order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Encoding {
     /// Type of the numbers.
     pub element: Element,
-    /// Whether the most significant byte comes first.
+    /// True if the most significant byte comes first.
     pub big: bool,
 }
 
@@ -205,7 +205,7 @@ impl Encoding {
         Encoding { element, big: true }
     }
 
-    /// Hands over `count` numbers, one after the other.
+    /// Reads `count` numbers, and passes each to `sink`.
     ///
     /// # Errors
     /// The reader fails or ends early.
@@ -231,7 +231,7 @@ impl Encoding {
         Ok(())
     }
 
-    /// Writes numbers, each the nearest there is.
+    /// Writes numbers, each rounded to the nearest number of the type.
     pub(crate) fn write(
         self,
         file: &mut impl Write,

@@ -1,4 +1,4 @@
-//! Failures of reading and writing data files.
+//! Errors of reading and writing data files.
 
 use std::fmt;
 use std::io;
@@ -6,94 +6,94 @@ use std::path::{Path, PathBuf};
 
 use crate::escape::{escaped, shown};
 
-/// A file that could not be read or written, and why.
+/// Error of reading or writing a file.
 #[derive(Debug)]
 pub struct FileError {
-    /// The file.
+    /// Path of the file.
     pub path: PathBuf,
     /// Line of a text file, from 1.
     pub line: Option<usize>,
-    /// What is wrong with it.
+    /// Problem of the file.
     pub problem: Problem,
 }
 
-/// What can be wrong with a data file.
+/// Problem of a data file.
 #[derive(Debug, thiserror::Error)]
 pub enum Problem {
-    /// The operating system refused to read it.
+    /// The operating system could not read the file.
     #[error("cannot read: {0}")]
     Read(#[source] io::Error),
-    /// What Git LFS puts in place of a file that it has not fetched.
+    /// The file is a Git LFS pointer to a file that has not been fetched.
     #[error(
         "a pointer of Git LFS, not the file itself: run `git lfs pull` where the files come from"
     )]
     LfsPointer,
-    /// It is something that may have no end.
+    /// The object is not a regular file, and may be infinite.
     #[error("{0}, not a regular file: save its data in a file first")]
     NotRegular(&'static str),
-    /// The operating system refused to write it.
+    /// The operating system could not write the file.
     #[error("cannot write: {0}")]
     Write(#[source] io::Error),
-    /// The target exists and is something that must not be replaced.
+    /// The target exists, and must not be replaced.
     #[error("cannot write: it exists and is not a regular file")]
     NotAFile,
-    /// The content is not of the format that was expected.
+    /// The content is not of the expected format.
     #[error("not a {format} file: {reason}")]
     WrongFormat {
         /// Name of the expected format.
         format: &'static str,
-        /// What gave it away.
+        /// Reason for this conclusion.
         reason: String,
     },
-    /// A valid file that uses something this program does not read or write.
+    /// The file is valid, but has a feature that this program does not support.
     #[error("not supported: {0}")]
     Unsupported(String),
     /// The file ends early.
     #[error("truncated: expected {expected} bytes, found {found}")]
     Truncated {
-        /// Size that the header calls for, in bytes.
+        /// Size that the header states, in bytes.
         expected: u64,
         /// Actual size, in bytes.
         found: u64,
     },
-    /// The file goes on after its data.
+    /// The file continues after its data.
     #[error("{extra} unexpected bytes after the data")]
     TrailingBytes {
-        /// Number of bytes too many.
+        /// Number of superfluous bytes.
         extra: u64,
     },
-    /// Sizes that overflow or exceed what is accepted.
+    /// A size overflows or exceeds a limit.
     #[error("too large: {0}")]
     TooLarge(String),
-    /// A size of zero where there must be something.
+    /// A size is zero where content is needed.
     #[error("empty: {0}")]
     Empty(String),
-    /// NaN or an infinity where a number is needed.
+    /// A value is NaN or infinite.
     #[error("value {value} at {place} is not finite")]
     NotFinite {
-        /// Which value, for example `voxel (1, 2, 3)`.
+        /// Place of the value, for example `voxel (1, 2, 3)`.
         place: String,
         /// The value.
         value: f64,
     },
-    /// An array of another shape or element type than needed.
+    /// An array has another shape or element type than needed.
     #[error("expected {expected}, found {found}")]
     Mismatch {
-        /// What is needed.
+        /// Needed shape or type.
         expected: String,
-        /// What the file holds.
+        /// Shape or type in the file.
         found: String,
     },
-    /// What neither the file nor the user has said.
+    /// Information is missing from the file and from the user's options.
     #[error("{0}")]
     Unsaid(String),
-    /// Content that breaks the rules of its format.
+    /// Content violates the rules of its format.
     #[error("{0}")]
     Malformed(String),
 }
 
 impl Problem {
-    /// Attaches the file.
+    /// Adds the path of the file.
     pub fn at(self, path: &Path) -> FileError {
         FileError {
             path: path.to_owned(),
@@ -109,7 +109,7 @@ impl fmt::Display for FileError {
         if let Some(line) = self.line {
             write!(f, ":{line}")?;
         }
-        // It may quote the file.
+        // Escape the problem, which may quote the file.
         write!(f, ": {}", escaped(&self.problem.to_string()))
     }
 }

@@ -1,10 +1,10 @@
-//! Texts and names from elsewhere, which must not be able to drive a terminal.
+//! Escaping of external texts and names, which must not control a terminal.
 
 use std::borrow::Cow;
 use std::path::Path;
 
-/// A text with its control characters written as `\u{1b}`, `\n` and so on, those included that change the direction of
-/// writing.
+/// Returns a text with its control characters written as `\u{1b}`, `\n` and so on, including
+/// characters that change the direction of writing.
 pub fn escaped(text: &str) -> Cow<'_, str> {
     if !text.chars().any(drives) {
         return text.into();
@@ -20,12 +20,12 @@ pub fn escaped(text: &str) -> Cow<'_, str> {
     out.into()
 }
 
-/// The name of a file, [`escaped`].
+/// Returns the [`escaped`] name of a file.
 pub fn shown(path: &Path) -> String {
     escaped(&path.to_string_lossy()).into_owned()
 }
 
-/// Whether a character does something to a terminal rather than being seen.
+/// Returns true if a character controls a terminal instead of being visible.
 pub fn drives(c: char) -> bool {
     let turns = matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
     c.is_control() || turns

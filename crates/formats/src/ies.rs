@@ -1,23 +1,24 @@
 //! Photometric files of the Illuminating Engineering Society, LM-63 (editions from 1986 to 2002).
 //!
-//! Read are photometry of type C, with angles and intensities of one luminaire; keywords are passed over.
+//! Supported is photometry of type C, with angles and intensities of one luminaire. Keywords are
+//! ignored.
 
 use std::path::Path;
 
 use crate::error::{FileError, Problem};
 use crate::input;
 
-/// Longest file that is read, in bytes: a direction in each square degree takes a tenth of it.
+/// Maximum size of a file, in bytes: a direction in each square degree takes a tenth of it.
 const LONGEST: usize = 4 << 20;
 
 /// Intensities over the directions around a luminaire.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Photometry {
-    /// Vertical angles in degrees, from 0, which is downwards; they increase.
+    /// Vertical angles in degrees, ascending from 0, which is downwards.
     pub vertical: Vec<f64>,
-    /// Horizontal angles in degrees: from 0 to 360, or 0 alone.
+    /// Horizontal angles in degrees: from 0 to 360, or only 0.
     pub horizontal: Vec<f64>,
-    /// Candela, for each horizontal angle one at each vertical angle.
+    /// Intensities in candela: for each horizontal angle, one at each vertical angle.
     pub candela: Vec<f64>,
 }
 
@@ -25,8 +26,8 @@ pub struct Photometry {
 ///
 /// # Errors
 ///
-/// A file that cannot be read, is no LM-63 file, has photometry of type A or B, refers to a file for its
-/// tilt, or whose numbers are too few, or make no sense.
+/// A file that cannot be read, is not an LM-63 file, has photometry of type A or B, refers to
+/// another file for its tilt, or has too few or inconsistent numbers.
 pub fn read(path: &Path) -> Result<Photometry, FileError> {
     let bytes = input::read(path)?;
     parse(&bytes).map_err(|problem| problem.at(path))
@@ -42,7 +43,7 @@ pub fn parse(bytes: &[u8]) -> Result<Photometry, Problem> {
         let message = format!("photometry of more than {LONGEST} bytes");
         return Err(Problem::TooLarge(message));
     }
-    // Names of makers may be in any encoding.
+    // Decode leniently: names of manufacturers may have any encoding.
     let text = String::from_utf8_lossy(bytes);
     let mut lines = text.lines();
     let tilt = lines.find_map(|line| line.trim().strip_prefix("TILT="));
@@ -64,7 +65,7 @@ fn malformed(message: impl Into<String>) -> Problem {
     Problem::Malformed(message.into())
 }
 
-/// The numbers after the header.
+/// Numbers after the header.
 struct Numbers<I>(I);
 
 impl<'t, I: Iterator<Item = &'t str>> Numbers<I> {
@@ -81,7 +82,7 @@ impl<'t, I: Iterator<Item = &'t str>> Numbers<I> {
         (0..count).map(|_| self.next(what)).collect()
     }
 
-    /// A number of things, no more than a file of so many bytes has room for.
+    /// Reads a count of at most `most`, the number of items for which the file has room.
     fn count(&mut self, most: usize, what: &str) -> Result<usize, Problem> {
         let value = self.next(what)?;
         let whole = value >= 1.0 && value <= most as f64 && value.fract() == 0.0;
@@ -90,7 +91,8 @@ impl<'t, I: Iterator<Item = &'t str>> Numbers<I> {
             .ok_or_else(|| malformed(format!("{what}: {value}")))
     }
 
-    /// How the output depends on the tilt, which is that of the measurement here.
+    /// Skips the dependence of the output on the tilt: the luminaire has the tilt of the
+    /// measurement.
     fn pass_tilt(&mut self) -> Result<(), Problem> {
         self.next("the luminaire's geometry")?;
         let pairs = self.count(1000, "number of tilts")?;
@@ -119,8 +121,8 @@ impl<'t, I: Iterator<Item = &'t str>> Numbers<I> {
     }
 }
 
-/// Photometry all around, from the part that symmetry leaves in a file: nothing but 0°, a quarter, a half or
-/// all of the turn.
+/// Completes photometry to all horizontal angles. By symmetry, a file may have only 0°, a quarter,
+/// a half or the full turn.
 fn whole_turn(
     vertical: Vec<f64>,
     mut horizontal: Vec<f64>,
@@ -131,14 +133,15 @@ fn whole_turn(
     if horizontal.len() == 1 {
         horizontal = vec![0.0];
     } else if first == 90.0 && last == 270.0 {
-        // Symmetric about the plane through 90° and 270°: 270° − a is as 270° + a, and 0° as 180°.
+        // Use the symmetry about the plane through 90° and 270°: 270° − a equals 270° + a, and 0°
+        // equals 180°.
         return half_turn(&vertical, &horizontal, &candela);
     } else if first != 0.0 || ![90.0, 180.0, 360.0].contains(&last) {
         let message = format!("horizontal angles from {first} to {last}");
         return Err(Problem::Malformed(message));
     }
     while horizontal.len() > 1 && horizontal[horizontal.len() - 1] < 360.0 {
-        // Mirrored at its end.
+        // Mirror the angles at the last one.
         let end = horizontal[horizontal.len() - 1];
         for k in (0..horizontal.len() - 1).rev() {
             horizontal.push(2.0 * end - horizontal[k]);
@@ -152,7 +155,7 @@ fn whole_turn(
     })
 }
 
-/// As [`whole_turn`] for horizontal angles from 90 to 270.
+/// Completes photometry as [`whole_turn`], for horizontal angles from 90 to 270.
 fn half_turn(vertical: &[f64], horizontal: &[f64], candela: &[f64]) -> Result<Photometry, Problem> {
     let n = vertical.len();
     let row = |k: usize| &candela[k * n..(k + 1) * n];

@@ -1,4 +1,4 @@
-//! Data files as they are read: regular files only, and no more memory than a file justifies or the user allows.
+//! Input files: regular files only, and no more memory than a file justifies or the user allows.
 
 use std::fs::{self, File};
 use std::io::{self, BufReader, Read, Seek};
@@ -7,46 +7,47 @@ use std::time::SystemTime;
 
 use crate::error::{FileError, Problem};
 
-/// Memory that is asked for before it is taken, in bytes.
+/// Amount of memory, in bytes, from which availability is checked before allocation.
 const LARGE: u64 = 256 << 20;
 
-/// How pointers of Git LFS begin, and the longest one, in bytes: its specification, version 1.
+/// Beginning and maximum length, in bytes, of Git LFS pointers: specification version 1.
 const POINTER: &[u8] = b"version https://git-lfs.github.com/spec";
 const LONGEST_POINTER: u64 = 1024;
 
-/// How much memory the contents of a file may take.
+/// Limits of the memory for the contents of a file.
 ///
-/// A compressed file, or one whose header states sizes, may become far larger than it is. Without more ado it may take ten
-/// times its size and 64 MiB; more if what it states is within `memory`.
+/// A compressed file, or a file whose header states sizes, may become far larger in memory. It may
+/// take ten times its size plus 64 MiB, or up to `memory` bytes if that is more.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Limits {
-    /// Bytes that any file may take, however small it is; [`Limits::DEFAULT`] if none are given.
+    /// Number of bytes that any file may take, regardless of its size; by default
+    /// [`Limits::DEFAULT`].
     pub memory: Option<u64>,
 }
 
 impl Limits {
-    /// Bytes that any file may take unless the user says otherwise: 2 GiB.
+    /// Default number of bytes that any file may take: 2 GiB.
     pub const DEFAULT: u64 = 2 << 30;
-    /// How often its own size a file may take in any case.
+    /// Factor on the size of a file, which it may take in any case.
     const TIMES: u64 = 10;
-    /// What it may take beyond that, in bytes: 64 MiB.
+    /// Bytes that a file may take in addition: 64 MiB.
     const EXTRA: u64 = 64 << 20;
 
-    /// These many bytes, beyond what files of any size may take.
+    /// Makes limits of `memory` bytes for files of any size.
     pub fn of(memory: u64) -> Self {
         Limits {
             memory: Some(memory),
         }
     }
 
-    /// Bytes that a file of `size` bytes may take.
+    /// Returns the number of bytes that a file of `size` bytes may take.
     pub fn most(self, size: u64) -> u64 {
         let memory = self.memory.unwrap_or(Self::DEFAULT);
         memory.max(size.saturating_mul(Self::TIMES).saturating_add(Self::EXTRA))
     }
 
-    /// Refuses contents of `count` things of `each` bytes that a file of `size` bytes must not take, or that the system has no
-    /// memory for.
+    /// Checks that a file of `size` bytes may take memory for `count` items of `each` bytes, and
+    /// that the system has the memory.
     ///
     /// # Errors
     /// Too many bytes, for the file or for the system.
@@ -55,7 +56,7 @@ impl Limits {
             .and_then(|()| available(count * each))
     }
 
-    /// Refuses contents of `count` things of `each` bytes that a file of `size` bytes must not take.
+    /// Checks that a file of `size` bytes may take memory for `count` items of `each` bytes.
     ///
     /// # Errors
     /// Too many bytes for the file.
@@ -73,18 +74,18 @@ impl Limits {
     }
 }
 
-/// Memory for several arrays of one file, which together stay within its limits.
+/// Memory for several arrays of one file, whose total stays within the limits of the file.
 #[derive(Debug)]
 pub struct Budget {
     limits: Limits,
-    /// Bytes of the file.
+    /// Size of the file, in bytes.
     size: u64,
-    /// Bytes that have been taken.
+    /// Number of bytes taken so far.
     taken: u64,
 }
 
 impl Budget {
-    /// For the arrays of a file of `size` bytes.
+    /// Makes a budget for the arrays of a file of `size` bytes.
     pub fn new(limits: Limits, size: u64) -> Self {
         Budget {
             limits,
@@ -93,10 +94,10 @@ impl Budget {
         }
     }
 
-    /// Takes memory for `count` things of `each` bytes, or none if that is too much.
+    /// Takes memory for `count` items of `each` bytes, or none if that is too much.
     ///
     /// # Errors
-    /// The system has no memory for them.
+    /// Too many bytes for the file, or for the system.
     pub fn take(&mut self, count: u64, each: u64) -> Result<(), Problem> {
         let all = count.saturating_mul(each).saturating_add(self.taken);
         self.limits.check(all, 1, self.size)?;
@@ -105,7 +106,7 @@ impl Budget {
     }
 }
 
-/// Refuses more memory than the system hands out, which would end the program later.
+/// Checks that the system has the memory: a failed allocation later would end the program.
 fn available(needed: u64) -> Result<(), Problem> {
     if needed < LARGE {
         return Ok(());
@@ -120,7 +121,7 @@ fn available(needed: u64) -> Result<(), Problem> {
     }
 }
 
-/// A number of bytes with a binary prefix, as `--memory` takes it.
+/// Formats a number of bytes with a binary prefix, as `--memory` takes it.
 pub fn bytes(n: u64) -> String {
     const STEP: f64 = 1024.0;
     let mut value = n as f64;
@@ -136,7 +137,8 @@ pub fn bytes(n: u64) -> String {
     format!("{value:.1} EiB")
 }
 
-/// Texts of a needed and of an allowed amount of memory: to the byte if they would read alike in larger units.
+/// Formats a needed and an allowed amount of memory: to the byte if they would be equal in larger
+/// units.
 pub fn beyond(needed: u64, most: u64) -> [String; 2] {
     let rounded = [needed, most].map(bytes);
     if rounded[0] == rounded[1] {
@@ -146,7 +148,7 @@ pub fn beyond(needed: u64, most: u64) -> [String; 2] {
     }
 }
 
-/// When a file was last written, and its size: a file with another stamp has changed.
+/// Time of the last write of a file, and its size. A file with another stamp has changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FileStamp {
     modified: SystemTime,
@@ -154,7 +156,8 @@ pub struct FileStamp {
 }
 
 impl FileStamp {
-    /// That of a file as it is now; none if it is gone, or the system does not say when it was written.
+    /// Returns the current stamp of a file; `None` if it does not exist, or the system does not
+    /// state the time.
     pub fn of(path: &Path) -> Option<Self> {
         let about = fs::metadata(path).ok()?;
         Some(FileStamp {
@@ -164,11 +167,13 @@ impl FileStamp {
     }
 }
 
-/// Opens a regular file; also returns its size in bytes. Anything else might have no end, and a pipe might never begin.
+/// Opens a regular file, and returns its size in bytes. Other objects might be infinite, and a pipe
+/// might block.
 ///
 /// # Errors
 ///
-/// A file that cannot be opened, a folder, a pipe, a socket and a device, and a pointer of Git LFS in place of a file.
+/// A file that cannot be opened, a folder, a pipe, a socket, a device, and a Git LFS pointer
+/// instead of a file.
 pub fn open(path: &Path) -> Result<(BufReader<File>, u64), FileError> {
     let open = || {
         let metadata = fs::metadata(path).map_err(Problem::Read)?;
@@ -185,7 +190,7 @@ pub fn open(path: &Path) -> Result<(BufReader<File>, u64), FileError> {
     open().map_err(|problem| problem.at(path))
 }
 
-/// Whether a file begins as pointers of Git LFS do. It is read from the start again afterwards.
+/// Returns true if a file begins like a Git LFS pointer. Rewinds the file afterwards.
 fn is_pointer(file: &mut File) -> io::Result<bool> {
     let mut start = Vec::with_capacity(POINTER.len());
     file.by_ref()
@@ -195,7 +200,7 @@ fn is_pointer(file: &mut File) -> io::Result<bool> {
     Ok(start == POINTER)
 }
 
-/// The bytes of a regular file: as many as it has when it is opened, even if it grows.
+/// Reads the bytes of a regular file: the number that it has when opened, even if it grows.
 ///
 /// # Errors
 ///
@@ -204,13 +209,13 @@ pub fn read(path: &Path) -> Result<Vec<u8>, FileError> {
     let (file, size) = open(path)?;
     available(size).map_err(|problem| problem.at(path))?;
     let mut bytes = Vec::with_capacity(size as usize);
-    // Straight from the file: a buffer of its own has no use here.
+    // Read from the file directly: a buffer would be useless.
     let read = file.into_inner().take(size).read_to_end(&mut bytes);
     read.map_err(|e| Problem::Read(e).at(path))?;
     Ok(bytes)
 }
 
-/// What something is that is no regular file.
+/// Names the kind of an object that is not a regular file.
 #[cfg(unix)]
 fn kind(kind: &fs::FileType) -> &'static str {
     use std::os::unix::fs::FileTypeExt;
@@ -222,7 +227,7 @@ fn kind(kind: &fs::FileType) -> &'static str {
     }
 }
 
-/// What something is that is no regular file.
+/// Names the kind of an object that is not a regular file.
 #[cfg(not(unix))]
 fn kind(kind: &fs::FileType) -> &'static str {
     if kind.is_dir() {

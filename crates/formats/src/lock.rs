@@ -1,8 +1,9 @@
-//! Files on which one process at a time works, over many replacements of the file.
+//! Locks on files, over many replacements of the file.
 //!
-//! A file beside it is locked, since the file itself is replaced as a whole. The system frees the lock when its process ends,
-//! however it ends. Whether locks hold between machines that share a folder is up to its file system: NFS (since version 4) and
-//! Lustre mounted with `flock` have them, others keep them to one machine or have none.
+//! The lock is on a file beside the target, because the target is replaced as a whole. The system
+//! frees the lock when the process ends for any reason. The file system determines whether locks
+//! work between machines that share a folder. NFS (since version 4) and Lustre mounted with `flock`
+//! have such locks; other file systems limit locks to one machine, or have none.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Read, Seek, Write};
@@ -10,26 +11,26 @@ use std::path::{Path, PathBuf};
 
 use crate::temporary::PREFIX;
 
-/// Attempts to lock a file that others remove at the same time.
+/// Number of attempts to lock a file that others remove at the same time.
 const ATTEMPTS: usize = 100;
-/// Longest description of a process that is read, in bytes.
+/// Maximum length of the description of a process, in bytes.
 const LONGEST: u64 = 200;
 
-/// The right to work on a file, until it is dropped.
+/// Exclusive right to work on a file, until it is dropped.
 #[derive(Debug)]
 pub struct Lock {
     path: PathBuf,
-    /// Locked while it is open.
+    /// Lock file. It is locked while it is open.
     _file: File,
 }
 
-/// Why a file is not locked.
+/// Reason why a file is not locked.
 #[derive(Debug, thiserror::Error)]
 pub enum LockError {
-    /// Another process works on it: which one.
+    /// Another process works on the file; the text names it.
     #[error("{0} works on it")]
     Held(String),
-    /// The file system has no locks, or does not say.
+    /// The file system has no locks, or their state is unknown.
     #[error("it cannot be locked: {0}")]
     Unknown(#[from] io::Error),
 }
@@ -39,9 +40,9 @@ impl Lock {
     ///
     /// # Errors
     ///
-    /// Another process that works on it, and a file system without locks.
+    /// Another process that works on the file, and a file system without locks.
     pub fn take(path: &Path) -> Result<Self, LockError> {
-        // One file may go by several names.
+        // Resolve the path: one file may have several names.
         let path = path.canonicalize().unwrap_or_else(|_| path.to_owned());
         let name = path.file_name().unwrap_or_default().as_encoded_bytes();
         let name = format!("{PREFIX}{}.lock", &blake3::hash(name).to_hex()[..16]);
@@ -55,9 +56,10 @@ impl Lock {
                 Err(TryLockError::WouldBlock) => return Err(LockError::Held(holder(&mut file))),
                 Err(TryLockError::Error(error)) => return Err(error.into()),
             }
-            // Whoever had it before may have removed it since it was opened.
+            // Check the file: its previous holder may have removed it since it was opened.
             if is_same(&file, &path) {
-                // For whoever is refused; on a full disk they are not told.
+                // Write a description for processes that are refused. Ignore failures, such as a
+                // full disk.
                 let _ = file
                     .set_len(0)
                     .and_then(|()| write!(file, "{}", this_process()));
@@ -70,7 +72,7 @@ impl Lock {
 
 impl Drop for Lock {
     fn drop(&mut self) {
-        // If it stays, it is locked again.
+        // Ignore failures: an existing lock file is locked again.
         let _ = fs::remove_file(&self.path);
     }
 }
@@ -83,7 +85,7 @@ fn this_process() -> String {
     }
 }
 
-/// Who has locked a file, as far as it says.
+/// Returns the description of the process that locked a file.
 fn holder(file: &mut File) -> String {
     let mut text = String::new();
     let read = file

@@ -1,7 +1,7 @@
 //! NumPy's `.npy` arrays.
 //!
-//! The header is read by a small parser of our own: it is a fixed dictionary with three entries,
-//! and a general parser of Python literals can be made to exhaust the stack.
+//! This crate has its own parser of headers: a header is a fixed dictionary with three entries, and
+//! malicious files can make general parsers of Python literals exhaust the stack.
 
 mod header;
 
@@ -13,14 +13,14 @@ use crate::error::{FileError, Problem};
 use crate::{atomic, binary, input};
 pub use header::NpyHeader;
 
-/// An array as stored.
+/// Array as stored.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NpyArray {
-    /// Length along each axis.
+    /// Length of each axis.
     pub shape: Vec<usize>,
-    /// Whether the first axis is the fastest in memory (Fortran) rather than the last (C).
+    /// True if the first axis is the fastest in memory (Fortran), false if the last is (C).
     pub fortran_order: bool,
-    /// The elements in the order in which they are stored.
+    /// Elements in the stored order.
     pub data: NpyData,
 }
 
@@ -37,8 +37,8 @@ pub enum NpyData {
 ///
 /// # Errors
 ///
-/// A file that cannot be read, is no `.npy` file, holds anything but floating-point numbers, or
-/// does not have the size that its header calls for.
+/// A file that cannot be read, is not an `.npy` file, contains other elements than floating-point
+/// numbers, or does not have the size that its header states.
 pub fn read(path: &Path) -> Result<NpyArray, FileError> {
     let (mut reader, size) = input::open(path)?;
     read_from(&mut reader, size).map_err(|problem| problem.at(path))
@@ -89,11 +89,11 @@ fn elements<T>(
     Ok(data)
 }
 
-/// Writes an array of single-precision numbers in C order, at once or not at all.
+/// Writes an array of single-precision numbers in C order, completely or not at all.
 ///
 /// # Errors
 ///
-/// A shape that does not fit the data, and everything that [`atomic::write()`] reports.
+/// A shape that does not match the data, and all errors of [`atomic::write()`].
 pub fn write(path: &Path, shape: &[usize], data: &[f32]) -> Result<(), FileError> {
     let count = shape
         .iter()
@@ -106,8 +106,8 @@ pub fn write(path: &Path, shape: &[usize], data: &[f32]) -> Result<(), FileError
     write_values(path, shape, data.iter().copied())
 }
 
-/// Writes an array of single-precision numbers in C order, at once or not at all, from as many values as the
-/// shape says, which need not be in memory.
+/// Writes an array of single-precision numbers in C order, completely or not at all. `values` has
+/// one value for each element, and need not be in memory.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -121,7 +121,7 @@ pub fn write_values(
     })
 }
 
-/// Writes a double-precision array in C order to a file that is open.
+/// Writes a double-precision array in C order to an open file.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -129,7 +129,7 @@ pub fn write_f64(file: &mut impl Write, shape: &[usize], data: &[f64]) -> io::Re
     write_elements(file, Element::F64, shape, data.iter().copied())
 }
 
-/// Writes an array in C order to a file that is open.
+/// Writes an array in C order to an open file.
 pub(crate) fn write_elements(
     file: &mut impl Write,
     element: Element,
@@ -140,7 +140,7 @@ pub(crate) fn write_elements(
     Encoding::little(element).write(file, values)
 }
 
-/// Writes a text, as an array without axes, to a file that is open.
+/// Writes a text, as an array without axes, to an open file.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -151,13 +151,13 @@ pub fn write_text(file: &mut impl Write, text: &str) -> io::Result<()> {
     letters.try_for_each(|c| file.write_all(&u32::from(c).to_le_bytes()))
 }
 
-/// Reads what [`write_text`] has written.
+/// Reads a text that [`write_text`] wrote.
 ///
 /// # Errors
-/// No such text.
+/// Bytes that are not such a text.
 pub fn parse_text(bytes: &[u8]) -> Result<String, Problem> {
     let foreign = || Problem::Unsupported("arrays of text other than one string of UTF-32".into());
-    // The header ends with a line feed, after which come letters of four bytes.
+    // Find the line feed at the end of the header; characters of four bytes follow.
     let start = bytes.iter().position(|b| *b == b'\n').ok_or_else(foreign)? + 1;
     let letters = bytes[start..].chunks_exact(4);
     let letter = |b: &[u8]| char::from_u32(u32::from_le_bytes([b[0], b[1], b[2], b[3]]));

@@ -1,4 +1,5 @@
-//! NPZ: ZIP archives of NumPy's arrays, written without compression. <https://numpy.org/doc/stable/reference/generated/numpy.savez.html>
+//! NPZ: ZIP archives of NumPy arrays, written without compression.
+//! <https://numpy.org/doc/stable/reference/generated/numpy.savez.html>
 
 use std::fs::File;
 use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
@@ -11,17 +12,17 @@ use zip::{CompressionMethod, DateTime, ZipWriter};
 use crate::atomic;
 use crate::error::{FileError, Problem};
 
-/// Members beyond this need the 64 bit extension, which must be announced.
+/// Size of members, in bytes, from which they need the 64-bit extension, which must be announced.
 const LARGE: usize = 1 << 30;
 
-/// An archive that is being written.
+/// Archive during writing.
 pub struct Npz<'a>(ZipWriter<OneError<&'a mut BufWriter<File>>>);
 
-/// Writes an archive, whose members come from `fill`.
+/// Writes an archive with the members that `fill` adds.
 ///
 /// # Errors
 ///
-/// Everything that [`atomic::write()`] reports.
+/// All errors of [`atomic::write()`].
 pub fn write(path: &Path, fill: impl FnOnce(&mut Npz) -> io::Result<()>) -> Result<(), FileError> {
     atomic::write(path, |file| {
         let mut archive = Npz(ZipWriter::new(OneError::new(file)));
@@ -32,7 +33,8 @@ pub fn write(path: &Path, fill: impl FnOnce(&mut Npz) -> io::Result<()>) -> Resu
 }
 
 impl Npz<'_> {
-    /// Begins the member `name`.npy of so many bytes of data. The time is that of the beginning: equal arrays give equal files.
+    /// Starts the archive member `name`.npy with `bytes` bytes of data. Its time stamp is the
+    /// earliest one: equal arrays give equal files.
     ///
     /// # Errors
     /// The archive cannot be written.
@@ -46,10 +48,11 @@ impl Npz<'_> {
     }
 }
 
-/// Reads a member of an archive by `read`, and then what is left of it: only at its end its checksum is compared.
+/// Reads a member of an archive by `read`, and then its remaining bytes: the checksum is compared
+/// only at the end.
 ///
 /// # Errors
-/// Errors of `read`, and a checksum that is not the member's.
+/// Errors of `read`, and a wrong checksum.
 pub fn checked<R: Read, T>(
     mut member: R,
     read: impl FnOnce(&mut R) -> Result<T, Problem>,
@@ -66,11 +69,11 @@ fn plain(error: ZipError) -> io::Error {
     }
 }
 
-/// A file that reports its first error only. An archive that is given up tries to write its directory all the same,
-/// and would print that this, too, fails.
+/// File that reports only its first error. An aborted archive still tries to write its directory,
+/// and would print a second error.
 struct OneError<W> {
     file: W,
-    /// Position in the file; after an error, where it would be.
+    /// Position in the file; after an error, the position without it.
     position: u64,
     failed: bool,
 }

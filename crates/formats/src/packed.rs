@@ -1,18 +1,18 @@
-//! Results as bytes, to hand them from one process to another that runs the same version of the program.
+//! Serialisation of results for another process of the same version of the program.
 
 use crate::error::Problem;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-/// What can be packed and unpacked.
+/// Type that can be packed and unpacked.
 pub trait Packed: Serialize + DeserializeOwned {}
 
 impl<T: Serialize + DeserializeOwned> Packed for T {}
 
-/// The bytes of a value.
+/// Serialises a value.
 ///
 /// # Errors
-/// A value of a type that cannot be stored, such as a sequence whose length is not known.
+/// A value of a type that cannot be stored, such as a sequence of unknown length.
 ///
 /// ```
 /// let bytes = morgana_formats::packed::pack(&vec![1.5, 2.5]).unwrap();
@@ -23,10 +23,10 @@ pub fn pack<T: Serialize>(value: &T) -> Result<Vec<u8>, Problem> {
     postcard::to_stdvec(value).map_err(|e| Problem::Malformed(format!("not storable: {e}")))
 }
 
-/// The value that was packed.
+/// Restores a packed value.
 ///
 /// # Errors
-/// Bytes that are those of no such value.
+/// Bytes that are not a value of this type.
 pub fn unpack<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Problem> {
     let (value, rest) = postcard::take_from_bytes(bytes)
         .map_err(|e| Problem::Malformed(format!("not readable: {e}")))?;

@@ -1,4 +1,5 @@
-//! Files of spectra (`.spd`): a wavelength in nm and a value in each line; lines that begin with `#` are comments.
+//! Spectrum files (`.spd`): a wavelength in nm and a value in each line. Lines that begin with `#`
+//! are comments.
 
 use std::path::Path;
 
@@ -7,7 +8,7 @@ use eikonal::Shown;
 use crate::error::{FileError, Problem};
 use crate::input;
 
-/// Longest file that is read, in bytes: ten thousand wavelengths take a hundredth of it.
+/// Maximum size of a file, in bytes: ten thousand wavelengths take a hundredth of it.
 const LONGEST: usize = 16 << 20;
 
 /// Pairs of wavelength in nm and value.
@@ -17,8 +18,8 @@ pub type Pairs = Vec<(f64, f64)>;
 ///
 /// # Errors
 ///
-/// A file that cannot be read, with a line that is not two finite numbers, with wavelengths that do not increase, or with
-/// fewer than two of them.
+/// A file that cannot be read, a line that is not two finite numbers, wavelengths that do not
+/// increase, or fewer than two wavelengths.
 pub fn read(path: &Path) -> Result<Pairs, FileError> {
     let bytes = input::read(path)?;
     parse(&bytes).map_err(|(line, problem)| FileError {
@@ -62,7 +63,7 @@ pub fn parse(bytes: &[u8]) -> Result<Pairs, (Option<usize>, Problem)> {
     Ok(pairs)
 }
 
-/// The two numbers of a line; whatever follows them is a remark.
+/// Returns the two numbers of a line; the rest of the line is a remark.
 fn pair(line: &str) -> Option<(f64, f64)> {
     let mut words = line.split([' ', '\t', ',']).filter(|word| !word.is_empty());
     let mut number = || words.next()?.parse().ok().filter(|v: &f64| v.is_finite());

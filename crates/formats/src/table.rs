@@ -1,17 +1,17 @@
-//! Text files with two columns of numbers, between blanks, tabs, commas or semicolons. Lines that begin with `#` are comments,
-//! and a first line of words names the columns.
+//! Text files with two columns of numbers, separated by blanks, tabs, commas or semicolons. Lines
+//! that begin with `#` are comments, and a first line of words names the columns.
 
 use crate::error::{FileError, Problem};
 use crate::input;
 use std::path::Path;
 
-/// Longest file that is read, in bytes.
+/// Maximum size of a file, in bytes.
 const LONGEST: usize = 16 << 20;
 
 /// Reads the first two columns of a file.
 ///
 /// # Errors
-/// A file that cannot be read, or with a line that does not begin with two finite numbers.
+/// A file that cannot be read, or that has a line without two finite numbers at its beginning.
 pub fn read(path: &Path) -> Result<Vec<[f64; 2]>, FileError> {
     let bytes = input::read(path)?;
     parse(&bytes).map_err(|(line, problem)| FileError {
@@ -43,7 +43,7 @@ fn parse(bytes: &[u8]) -> Result<Vec<[f64; 2]>, (Option<usize>, Problem)> {
     lines.map(row).collect()
 }
 
-/// The first two numbers of a line.
+/// Returns the first two numbers of a line.
 fn pair(line: &str) -> Option<[f64; 2]> {
     let words = line
         .split([' ', '\t', ',', ';'])

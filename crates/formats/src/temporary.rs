@@ -1,8 +1,9 @@
-//! Temporary files beside those that they become. Those that a killed process has left are removed by the next that writes in
-//! the same folder.
+//! Temporary files beside their targets. The next process that writes in a folder removes the files
+//! that killed processes left there.
 //!
-//! Several machines may share a folder, and locks need not reach from one to another. A file is removed if nobody holds its
-//! lock and it was left by this machine, since it was last started; or, from elsewhere, if nothing was written to it for a day.
+//! Several machines may share a folder, and locks need not work across machines. A file is removed
+//! if no process holds its lock, and it was left by this machine since its last start. A file of
+//! another machine is removed if nothing was written to it for a day.
 
 use std::collections::HashSet;
 use std::fs::{self, File, OpenOptions, TryLockError};
@@ -12,24 +13,24 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::Duration;
 
-/// How names begin; the name of what a file becomes may be as long as names can be.
+/// Prefix of names. It does not contain the target's name, which may be as long as names can be.
 pub(crate) const PREFIX: &str = ".morgana-";
 const SUFFIX: &str = ".tmp";
-/// Attempts to find a free name.
+/// Number of attempts to find a free name.
 const ATTEMPTS: usize = 100;
-/// A file this old has been locked by the process that made it, if that is alive.
+/// Age from which a file is locked if the process that created it is alive.
 const YOUNG: Duration = Duration::from_secs(60);
-/// Nobody writes for so long without a byte.
+/// Age from which no process is still writing a file.
 const OLD: Duration = Duration::from_secs(24 * 60 * 60);
 
-/// A file that is removed unless it is renamed. It is locked while it is written.
+/// File that is removed unless it is renamed. It is locked during writing.
 pub(crate) struct Temporary {
     path: PathBuf,
     keep: bool,
 }
 
 impl Temporary {
-    /// Creates one in the folder of `target`.
+    /// Creates a temporary file in the folder of `target`.
     pub(crate) fn create(target: &Path) -> io::Result<(Self, File)> {
         static COUNTER: AtomicU64 = AtomicU64::new(0);
         if target.file_name().is_none() {
@@ -42,10 +43,10 @@ impl Temporary {
             let name = format!("{PREFIX}{}-{process}-{number}{SUFFIX}", machine());
             let path = target.with_file_name(name);
             let mut options = OpenOptions::new();
-            // What was written may be looked at again before the file is whole.
+            // Open for reading, too: the content may be read again before the file is complete.
             match options.read(true).write(true).create_new(true).open(&path) {
                 Ok(file) => {
-                    // Without locks, files that are left are removed later.
+                    // Ignore failures: without locks, files that are left are removed later.
                     let _ = file.try_lock();
                     return Ok((Temporary { path, keep: false }, file));
                 }
@@ -56,7 +57,7 @@ impl Temporary {
         Err(io::Error::other("no unused name for a temporary file"))
     }
 
-    /// Puts it in the place of a file.
+    /// Moves the file to its target.
     pub(crate) fn rename(mut self, target: &Path) -> io::Result<()> {
         fs::rename(&self.path, target)?;
         self.keep = true;
@@ -67,13 +68,14 @@ impl Temporary {
 impl Drop for Temporary {
     fn drop(&mut self) {
         if !self.keep {
-            // There is nobody left to tell if this fails, and the first error matters more.
+            // Ignore failures: they cannot be reported, and the first error matters more.
             let _ = fs::remove_file(&self.path);
         }
     }
 }
 
-/// What tells this machine from others, until it is started anew; the same for all if the system does not say.
+/// Returns an identifier of this machine, until its next start; equal for all machines if the
+/// system has none.
 fn machine() -> &'static str {
     static MACHINE: OnceLock<String> = OnceLock::new();
     MACHINE.get_or_init(|| match fs::read("/proc/sys/kernel/random/boot_id") {
@@ -84,7 +86,7 @@ fn machine() -> &'static str {
 
 const UNKNOWN: &str = "0";
 
-/// Removes what killed processes have left beside `target`, once for each folder.
+/// Removes files that killed processes left beside `target`, once for each folder.
 fn collect(target: &Path) {
     static DONE: Mutex<Option<HashSet<PathBuf>>> = Mutex::new(None);
     let folder = match target.parent() {
@@ -100,14 +102,14 @@ fn collect(target: &Path) {
             if let Some(name) = name.to_str().filter(|name| name.starts_with(PREFIX))
                 && is_left(&entry.path(), name)
             {
-                // Somebody else may have been faster, or may have the right to do so.
+                // Ignore failures: another process may have removed the file, or own it.
                 let _ = fs::remove_file(entry.path());
             }
         }
     }
 }
 
-/// Whether nobody works on a file any more.
+/// Returns true if no process works on a file any more.
 fn is_left(path: &Path, name: &str) -> bool {
     let Some(ours) = name.strip_prefix(PREFIX).filter(|n| n.ends_with(SUFFIX)) else {
         return false;
@@ -118,7 +120,7 @@ fn is_left(path: &Path, name: &str) -> bool {
     let Some(age) = age.filter(|age| *age > YOUNG && (is_ours || *age > OLD)) else {
         return false;
     };
-    // Some systems lock only what may be written to.
+    // Open for writing: some systems lock only such files.
     let Ok(file) = OpenOptions::new().read(true).write(true).open(path) else {
         return false;
     };

@@ -1,8 +1,8 @@
-//! Numbers that a scene holds itself, in place of a file.
+//! Arrays of numbers that a scene contains, instead of a file.
 
 use crate::error::Problem;
 
-/// An array of numbers with any number of axes, the last of which runs fastest.
+/// Array of numbers with any number of axes; the last axis varies fastest.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tensor {
     shape: Vec<usize>,
@@ -10,20 +10,20 @@ pub struct Tensor {
     is_complex: bool,
 }
 
-/// The numbers of a [`Tensor`].
+/// Numbers of a [`Tensor`].
 #[derive(Clone, Debug, PartialEq)]
 pub enum Numbers {
-    /// In single precision.
+    /// Numbers in single precision.
     Single(Vec<f32>),
-    /// In double precision; whole numbers, too.
+    /// Numbers in double precision, including integers.
     Double(Vec<f64>),
 }
 
 impl Tensor {
-    /// An array.
+    /// Makes an array.
     ///
     /// # Errors
-    /// A shape that does not fit the numbers.
+    /// A shape that does not match the numbers.
     pub fn new(shape: Vec<usize>, numbers: Numbers) -> Result<Self, Problem> {
         let found = match &numbers {
             Numbers::Single(v) => v.len(),
@@ -44,7 +44,7 @@ impl Tensor {
         }
     }
 
-    /// The array, whose last axis has the real and the imaginary part of complex numbers.
+    /// Marks the last axis as real and imaginary parts of complex numbers.
     #[must_use]
     pub fn of_complex_numbers(self) -> Self {
         Tensor {
@@ -53,22 +53,22 @@ impl Tensor {
         }
     }
 
-    /// Whether its last axis has the real and the imaginary part of complex numbers.
+    /// Returns true if the last axis has the real and imaginary parts of complex numbers.
     pub fn is_complex(&self) -> bool {
         self.is_complex
     }
 
-    /// Number of elements along each axis.
+    /// Returns the length of each axis.
     pub fn shape(&self) -> &[usize] {
         &self.shape
     }
 
-    /// The numbers as they are stored.
+    /// Returns the numbers as stored.
     pub fn numbers(&self) -> &Numbers {
         &self.numbers
     }
 
-    /// The number at a place in memory; `i` must be less than [`Tensor::len`].
+    /// Returns the number at an index in memory; `i` must be less than [`Tensor::len`].
     pub fn get(&self, i: usize) -> f64 {
         match &self.numbers {
             Numbers::Single(v) => f64::from(v[i]),
@@ -76,12 +76,12 @@ impl Tensor {
         }
     }
 
-    /// All numbers, the last axis running fastest.
+    /// Yields all numbers, the last axis fastest.
     pub fn iter(&self) -> impl Iterator<Item = f64> + '_ {
         (0..self.len()).map(|i| self.get(i))
     }
 
-    /// Number of numbers.
+    /// Returns the number of elements.
     pub fn len(&self) -> usize {
         match &self.numbers {
             Numbers::Single(v) => v.len(),
@@ -89,12 +89,12 @@ impl Tensor {
         }
     }
 
-    /// Whether there are none.
+    /// Returns true if there are no elements.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// The rows of a table, with `N` numbers each.
+    /// Returns the rows of a table with `N` columns.
     ///
     /// # Errors
     /// Another shape, and NaN or infinite numbers.

@@ -1,20 +1,20 @@
-//! From spectra to colours: the standard observer, daylight, and linear sRGB.
+//! Conversion of spectra to colours: the standard observer, daylight, and linear sRGB.
 
 mod tables;
 
 use tables::{COUNT, D65, FIRST, MATCHING, STEP};
 
-/// The wavelengths that are seen, in nm.
+/// Range of visible wavelengths, in nm.
 pub(crate) const VISIBLE: [f64; 2] = [FIRST, FIRST + STEP * (COUNT - 1) as f64];
 
-/// ∫ȳ dλ in nm, as Mitsuba 3.9.1 has it: equal energy of 1 has luminance 1.
+/// Integral ∫ȳ dλ in nm, as in Mitsuba 3.9.1: equal energy of 1 has luminance 1.
 const EQUAL_ENERGY: f64 = 106.750_259_399_414_06;
-/// ∫ȳ D65 dλ over ∫ȳ dλ, as Mitsuba 3.9.1 has it.
+/// Ratio of ∫ȳ D65 dλ to ∫ȳ dλ, as in Mitsuba 3.9.1.
 const DAYLIGHT: f64 = 98.997_417_518_762_55;
-/// Wavelengths at which Mitsuba 3.9.1 samples a spectrum to make a colour of it.
+/// Number of wavelengths at which Mitsuba 3.9.1 samples a spectrum to compute its colour.
 const SAMPLES: usize = 1000;
 
-/// Linear sRGB (D65) from XYZ: inverse of ITU-R BT.709's primaries and white.
+/// Matrix from XYZ to linear sRGB (D65): inverse of ITU-R BT.709's primaries and white.
 pub(crate) const SRGB_OF_XYZ: [[f64; 3]; 3] = [
     [3.240479, -1.537150, -0.498535],
     [-0.969256, 1.875991, 0.041556],
@@ -23,8 +23,8 @@ pub(crate) const SRGB_OF_XYZ: [[f64; 3]; 3] = [
 /// White of sRGB (D65): X, Y, Z.
 pub(crate) const WHITE: [f64; 3] = [0.950456, 1.0, 1.088754];
 
-/// The colour matching functions x̄, ȳ, z̄ of CIE 1931 at a wavelength in nm: linear between the wavelengths of the
-/// tables, 0 beyond them.
+/// Returns the colour matching functions x̄, ȳ, z̄ of CIE 1931 at a wavelength in nm: linear
+/// between the wavelengths of the tables, 0 beyond them.
 pub(crate) fn matching(nm: f64) -> [f64; 3] {
     let Some((i, t)) = place(nm) else {
         return [0.0; 3];
@@ -32,7 +32,8 @@ pub(crate) fn matching(nm: f64) -> [f64; 3] {
     std::array::from_fn(|c| MATCHING[i][c] * (1.0 - t) + MATCHING[i + 1][c] * t)
 }
 
-/// Relative power of daylight (D65) at a wavelength in nm, of luminance 1; 0 where nothing is seen.
+/// Returns the relative power of daylight (D65) at a wavelength in nm, of luminance 1; 0 for
+/// invisible wavelengths.
 pub fn d65(nm: f64) -> f64 {
     place(nm).map_or(0.0, |(i, t)| {
         (D65[i] * (1.0 - t) + D65[i + 1] * t) / DAYLIGHT
@@ -44,7 +45,8 @@ const LIGHT: f64 = 299_792_458.0;
 const PLANCK: f64 = 6.626_070_15e-34;
 const BOLTZMANN: f64 = 1.380_649e-23;
 
-/// Radiance of a black body per wavelength, in W/(m² sr nm), at a wavelength in nm and a temperature in K: Planck's law.
+/// Returns the radiance of a black body per wavelength, in W/(m² sr nm), at a wavelength in nm and
+/// a temperature in K: Planck's law.
 pub fn planck(nm: f64, kelvin: f64) -> f64 {
     let wavelength = 1e-9 * nm;
     let first = 2.0 * PLANCK * LIGHT * LIGHT / wavelength.powi(5);
@@ -52,7 +54,8 @@ pub fn planck(nm: f64, kelvin: f64) -> f64 {
     1e-9 * first / exponent.exp_m1()
 }
 
-/// The row of the tables before a wavelength, and how far it is to the next one.
+/// Returns the row of the tables before a wavelength, and the fraction of the distance to the next
+/// row.
 fn place(nm: f64) -> Option<(usize, f64)> {
     let at = (nm - FIRST) / STEP;
     let within = at >= 0.0 && at <= (COUNT - 1) as f64;
@@ -62,11 +65,11 @@ fn place(nm: f64) -> Option<(usize, f64)> {
     })
 }
 
-/// Linear red, green and blue of light whose power at a wavelength in nm is `power`. Equal energy of 1 has luminance 1
-/// and is no white: that is daylight.
+/// Returns linear red, green and blue of light with the power `power` at a wavelength in nm. Equal
+/// energy of 1 has luminance 1, but is not white: daylight is white.
 ///
-/// The sum over wavelengths is that of Mitsuba 3.9.1, from the first to the last one with weights of 1/1000 of the
-/// range, so that colours are 0.1 % darker than an integral.
+/// The sum over wavelengths follows Mitsuba 3.9.1. It runs from the first to the last wavelength
+/// with weights of 1/1000 of the range, so that colours are 0.1 % darker than an integral.
 pub fn srgb(power: impl Fn(f64) -> f64) -> [f64; 3] {
     let [first, last] = VISIBLE;
     let mut xyz = [0.0; 3];
@@ -81,7 +84,7 @@ pub fn srgb(power: impl Fn(f64) -> f64) -> [f64; 3] {
     of_xyz(xyz.map(|v| v * unit))
 }
 
-/// Linear red, green and blue of X, Y and Z.
+/// Converts X, Y and Z to linear red, green and blue.
 pub fn of_xyz(xyz: [f64; 3]) -> [f64; 3] {
     SRGB_OF_XYZ.map(|row| (0..3).map(|c| row[c] * xyz[c]).sum())
 }
@@ -90,7 +93,8 @@ pub fn of_xyz(xyz: [f64; 3]) -> [f64; 3] {
 mod tests {
     use super::*;
 
-    /// ∫ȳ dλ is 106.857 nm (CIE 15:2004); the normalisation differs by 0.1 %, as does the sum of 1000 samples.
+    /// Checks that ∫ȳ dλ is 106.857 nm (CIE 15:2004). The normalisation differs by 0.1 %, as does
+    /// the sum of 1000 samples.
     #[test]
     fn tables_are_normalised() {
         let sum: f64 = MATCHING.iter().map(|m| m[1] * STEP).sum();
@@ -105,7 +109,8 @@ mod tests {
         }
     }
 
-    /// Wien's displacement law, 2.897772e-3 m K, and Stefan and Boltzmann's, 5.670374e-8 W/(m² K⁴) over π.
+    /// Compares with Wien's displacement law, 2.897772e-3 m K, and the Stefan–Boltzmann law,
+    /// 5.670374e-8 W/(m² K⁴) over π.
     #[test]
     fn black_bodies_have_the_peak_and_power_of_thermal_radiation() {
         let kelvin = 5000.0;

@@ -2,12 +2,12 @@
 
 /// First wavelength of the tables, in nm.
 pub(super) const FIRST: f64 = 360.0;
-/// Distance of their wavelengths, in nm.
+/// Distance of the wavelengths, in nm.
 pub(super) const STEP: f64 = 5.0;
-/// Number of their wavelengths.
+/// Number of wavelengths.
 pub(super) const COUNT: usize = 95;
 
-/// x̄, ȳ and z̄ of the standard observer of 1931, for fields of 2°.
+/// Colour matching functions x̄, ȳ and z̄ of the standard observer of 1931, for fields of 2°.
 pub(super) const MATCHING: [[f64; 3]; COUNT] = [
     [0.000_129_9, 0.000_003_917, 0.000_606_1],
     [0.000_232_1, 0.000_006_965, 0.001_086],

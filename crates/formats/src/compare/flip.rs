@@ -1,8 +1,9 @@
-//! ꟻLIP: how strongly the eye sees the difference of two images when it flips between them.
+//! ꟻLIP: visibility of the difference of two images when flipping between them.
 //!
-//! P. Andersson, J. Nilsson, T. Akenine-Möller, M. Oskarsson, K. Åström and M. D. Fairchild, "ꟻLIP: A Difference
-//! Evaluator for Alternating Images", Proc. ACM Comput. Graph. Interact. Tech. 3(2), 2020. This is their
-//! measure for images on a screen (of low dynamic range), with their constants.
+//! This is the measure for images on a screen (of low dynamic range) by P. Andersson, J. Nilsson,
+//! T. Akenine-Möller, M. Oskarsson, K. Åström and M. D. Fairchild, "ꟻLIP: A Difference Evaluator
+//! for Alternating Images", Proc. ACM Comput. Graph. Interact. Tech. 3(2), 2020, with their
+//! constants.
 
 use std::f64::consts::PI;
 
@@ -13,26 +14,26 @@ use crate::image::RgbImage;
 
 /// Pixels per degree of a screen of 3840 pixels on 0.7 m, seen from 0.7 m.
 const PIXELS_PER_DEGREE: f64 = 3840.0 / 0.7 * 0.7 * PI / 180.0;
-/// Contrast sensitivity as sums of Gaussians (a, b), for achromatic, red-green and blue-yellow channels
-///
+/// Contrast sensitivity as sums of Gaussians (a, b), for achromatic, red-green and blue-yellow
+/// channels.
 const SENSITIVITY: [&[(f64, f64)]; 3] = [
     &[(1.0, 0.0047)],
     &[(1.0, 0.0053)],
     &[(34.1, 0.04), (13.5, 0.025)],
 ];
-/// The widest of these.
+/// Parameter b of the widest of these Gaussians.
 const WIDEST: f64 = 0.04;
 /// Exponents of differences of colour and of features.
 const QC: f64 = 0.7;
 const QF: f64 = 0.5;
-/// Where the map of colour differences bends: at this share of the largest, which becomes this share of the
-/// range.
+/// Breakpoint of the map of colour differences: this fraction of the largest difference becomes
+/// this fraction of the range.
 const BEND: (f64, f64) = (0.4, 0.95);
-/// Width of the detector of features, in degrees.
+/// Width of the feature detector, in degrees.
 const FEATURE: f64 = 0.082;
 
-/// The difference of every pixel, in [0, 1], row by row from the top left. Values of the images are linear and
-/// are clamped to [0, 1], as a screen does.
+/// Computes the difference of every pixel, in [0, 1], row by row from the top left. Values of the
+/// images are linear and are clamped to [0, 1], as on a screen.
 ///
 /// # Errors
 ///
@@ -54,7 +55,7 @@ pub fn flip(image: &RgbImage, reference: &RgbImage) -> Result<Vec<f32>, Problem>
             .abs()
             .max((a.points[i] - b.points[i]).abs());
         let features = (features / 2f64.sqrt()).powf(QF);
-        // Without a difference of colour there is none, whatever the exponent.
+        // Return zero without a difference of colour, regardless of the exponent.
         match colour {
             0.0 => 0.0,
             colour => colour.powf(1.0 - features) as f32,
@@ -73,14 +74,14 @@ fn stretch(difference: f64, largest: f64) -> f64 {
     }
 }
 
-/// Distance of colours that may be far apart.
+/// Returns the distance of colours that may be far apart.
 fn hyab(a: DVec3, b: DVec3) -> f64 {
     (a.x - b.x).abs() + (a.y - b.y).hypot(a.z - b.z)
 }
 
-/// What the eye sees of an image.
+/// Perceived image.
 struct Seen {
-    /// Colours after the eye's blur.
+    /// Colours after the blur of the eye.
     lab: Vec<DVec3>,
     /// Strength of edges and of points.
     edges: Vec<f64>,
@@ -115,7 +116,7 @@ impl Seen {
     }
 }
 
-/// Convolution with a sum of Gaussians a √(π/b) exp(−π² r²/b), r in degrees, of total weight 1.
+/// Convolves with a sum of Gaussians a √(π/b) exp(−π² r²/b), r in degrees, of total weight 1.
 fn blur(values: &[f64], width: usize, gaussians: &[(f64, f64)]) -> Vec<f64> {
     let radius = (3.0 * (WIDEST / (2.0 * PI * PI)).sqrt() * PIXELS_PER_DEGREE).ceil() as i32;
     let mut sum = vec![0.0; values.len()];
@@ -134,8 +135,8 @@ fn blur(values: &[f64], width: usize, gaussians: &[(f64, f64)]) -> Vec<f64> {
     sum
 }
 
-/// A Gaussian and its first and second derivative, whose positive and negative weights add up to 1 and −1
-///
+/// Returns a Gaussian and its first and second derivative, whose positive and negative weights add
+/// up to 1 and −1.
 fn detectors() -> (Vec<f64>, Vec<f64>, Vec<f64>) {
     let sigma = 0.5 * FEATURE * PIXELS_PER_DEGREE;
     let radius = (3.0 * sigma).ceil() as i32;
@@ -160,7 +161,8 @@ fn detectors() -> (Vec<f64>, Vec<f64>, Vec<f64>) {
     )
 }
 
-/// Convolution along rows, then along columns; beyond the borders pixels are as there.
+/// Convolves along rows, then along columns. Pixels beyond the borders equal the nearest pixels
+/// inside.
 fn convolve(values: &[f64], width: usize, across: &[f64], down: &[f64]) -> Vec<f64> {
     let height = values.len() / width;
     let tap = |kernel: &[f64], at: usize, size: usize, value: &dyn Fn(usize) -> f64| {
@@ -178,9 +180,9 @@ fn convolve(values: &[f64], width: usize, across: &[f64], down: &[f64]) -> Vec<f
         .collect()
 }
 
-/// Conversions of colours.
+/// Conversions between colour spaces.
 struct Space {
-    /// XYZ from linear sRGB.
+    /// Matrix from linear sRGB to XYZ.
     xyz: DMat3,
     back: DMat3,
     /// XYZ of white.
@@ -189,7 +191,8 @@ struct Space {
 
 impl Space {
     fn new() -> Self {
-        // Columns: XYZ of the primaries of IEC 61966-2-1 from their chromaticities, white being that of D65.
+        // Set columns to XYZ of the primaries of IEC 61966-2-1, from their chromaticities with the
+        // white D65.
         let xyz = DMat3::from_cols(
             DVec3::new(
                 10135552.0 / 24577794.0,
@@ -214,20 +217,20 @@ impl Space {
         }
     }
 
-    /// YCxCz, in which blur acts, from linear sRGB.
+    /// Converts linear sRGB to YCxCz, in which blur acts.
     fn opponent(&self, rgb: DVec3) -> DVec3 {
         let v = self.xyz * rgb / self.white;
         DVec3::new(116.0 * v.y - 16.0, 500.0 * (v.x - v.y), 200.0 * (v.y - v.z))
     }
 
-    /// Its inverse.
+    /// Converts YCxCz to linear sRGB.
     fn rgb(&self, opponent: DVec3) -> DVec3 {
         let y = (opponent.x + 16.0) / 116.0;
         let v = DVec3::new(y + opponent.y / 500.0, y, y - opponent.z / 200.0);
         self.back * (v * self.white)
     }
 
-    /// L*a*b*, in which colours of dark pixels count for less, after Hunt.
+    /// Converts to L*a*b* with a reduced weight of colours of dark pixels, after Hunt.
     fn adjusted_lab(&self, rgb: DVec3) -> DVec3 {
         const DELTA: f64 = 6.0 / 29.0;
         let v = self.xyz * rgb / self.white;

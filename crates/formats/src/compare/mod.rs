@@ -1,7 +1,7 @@
-//! How far apart two images are.
+//! Comparison of two images.
 //!
-//! All numbers are of linear values, over all pixels and channels of the main layers. The second image is the
-//! reference.
+//! All numbers refer to linear values, over all pixels and channels of the main layers. The second
+//! image is the reference.
 
 pub mod flip;
 mod zscores;
@@ -11,31 +11,32 @@ pub use zscores::{Worst, ZScores};
 use crate::error::Problem;
 use crate::image::{ImageLayers, Layer};
 
-/// Share of the reference's mean that is added to its values, so that errors in the dark stay finite.
+/// Fraction of the reference's mean that is added to its values, so that errors in dark regions
+/// stay finite.
 const DARK: f64 = 0.05;
 
-/// What distinguishes two images.
+/// Differences of two images.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Comparison {
     /// Means over pixels and channels of the image and of the reference.
     pub means: [f64; 2],
-    /// Root of the mean squared difference.
+    /// Root mean square difference.
     pub rmse: f64,
-    /// Mean of the squared difference, each by the square of the reference's value |b| + 0.05 times the mean of
-    /// |b|. Not a number where the reference is black all over and the image is not.
+    /// Mean squared difference, each divided by the square of |b| + 0.05 times the mean of |b|,
+    /// where b is the reference's value. NaN if the reference is black and the image is not.
     pub relative_mse: f64,
-    /// 10 log₁₀ of the square of the reference's largest value by the mean squared difference, in decibels;
-    /// infinite for equal images.
+    /// Peak signal-to-noise ratio in decibels, 10 log₁₀ of the square of the reference's largest
+    /// value divided by the mean squared difference; infinite for equal images.
     pub psnr: f64,
     /// Largest absolute difference.
     pub largest: f64,
-    /// Differences by their standard errors, if both images know their variances.
+    /// Differences divided by their standard errors, if both images have variances.
     pub z: Option<ZScores>,
 }
 
-/// Compares the main layers of an image and a reference, whose channels must have the same names: an alpha
-/// channel that only one of them has is left out. Layers `variance` tell how certain values are; z are those of
-/// means over blocks of `block` × `block` pixels.
+/// Compares the main layers of an image and a reference. Their channels must have the same names;
+/// an alpha channel of only one of them is ignored. Layers `variance` give the variances of values.
+/// z refers to means over blocks of `block` × `block` pixels.
 ///
 /// # Errors
 ///
@@ -79,12 +80,12 @@ pub fn compare(
     })
 }
 
-/// The same channel of two images.
+/// Channel of two images.
 struct Pair<'a> {
     name: &'a str,
     a: &'a [f32],
     b: &'a [f32],
-    /// Variances of both.
+    /// Variances of both images.
     variances: Option<[&'a [f32]; 2]>,
 }
 
@@ -126,7 +127,7 @@ fn main(image: &ImageLayers) -> Result<&Layer, Problem> {
     image.layer("").ok_or_else(none)
 }
 
-/// Names of channels, sorted.
+/// Returns the names of channels, sorted.
 fn names(layer: &Layer) -> Vec<&str> {
     let mut names: Vec<&str> = layer.channels.iter().map(|(n, _)| n.as_str()).collect();
     names.sort_unstable();

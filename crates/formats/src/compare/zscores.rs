@@ -1,44 +1,45 @@
-//! Differences by their standard errors.
+//! Differences divided by their standard errors.
 
 use super::Pair;
 
-/// Probability with which [`ZScores::limit`] is exceeded though nothing differs.
+/// Probability that [`ZScores::limit`] is exceeded by images without a difference.
 const FALSE_ALARM: f64 = 1e-3;
 
-/// Differences of two images by their standard errors, z = (a − b)/√(var a + var b).
+/// Differences of two images divided by their standard errors, z = (a − b)/√(var a + var b).
 ///
-/// If the images are independent estimates of the same, z² has mean 1 (somewhat more with few samples per
-/// pixel, whose variances are uncertain).
+/// For independent estimates of one image, z² has mean 1 (somewhat more with few samples per pixel,
+/// whose variances are uncertain).
 #[derive(Clone, Debug, PartialEq)]
 pub struct ZScores {
-    /// For each channel its name and the z of all pixels, row by row from the top left: pixels of a block share
-    /// theirs. NaN where no variance is known.
+    /// Name of each channel, and z of all pixels, row by row from the top left. All pixels of a
+    /// block have the same z. NaN where no variance is known.
     pub channels: Vec<(String, Vec<f32>)>,
-    /// How many z there are.
+    /// Number of values of z.
     pub count: usize,
     /// Mean of z².
     pub mean_square: f64,
-    /// Share of |z| above 3; 0.0027 of normal ones.
+    /// Fraction of |z| above 3; 0.0027 for normal z.
     pub beyond_three: f64,
     /// The largest |z|.
     pub worst: Option<Worst>,
-    /// What the largest of so many independent normal z exceeds in one of a thousand comparisons.
+    /// Value that the largest of `count` independent normal z exceeds in one of a thousand
+    /// comparisons.
     pub limit: f64,
 }
 
 /// The largest |z|.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Worst {
-    /// z.
+    /// Signed difference divided by its standard error.
     pub z: f64,
-    /// Channel.
+    /// Name of the channel.
     pub channel: String,
     /// Column and row of the block's first pixel, from the top left.
     pub pixel: [usize; 2],
 }
 
 impl ZScores {
-    /// `None` if variances of a channel are not known.
+    /// Computes the scores; `None` if variances of a channel are not known.
     pub(super) fn of(pairs: &[Pair], [width, height]: [usize; 2], block: usize) -> Option<ZScores> {
         let mut scores = ZScores {
             channels: Vec::new(),
@@ -81,13 +82,13 @@ impl ZScores {
     }
 }
 
-/// First pixels of all blocks: those at the right and at the bottom may be smaller.
+/// Yields the first pixels of all blocks. Blocks at the right and at the bottom may be smaller.
 fn corners(width: usize, height: usize, block: usize) -> impl Iterator<Item = [usize; 2]> {
     let rows = (0..height).step_by(block);
     rows.flat_map(move |y| (0..width).step_by(block).map(move |x| [x, y]))
 }
 
-/// Indices of a block's pixels.
+/// Yields the indices of a block's pixels.
 fn pixels(
     [x, y]: [usize; 2],
     [width, height]: [usize; 2],
@@ -98,10 +99,10 @@ fn pixels(
     rows.flat_map(move |y| columns.clone().map(move |x| y * width + x))
 }
 
-/// z of the sums over a block; `None` if a variance is not finite, as of a single sample.
+/// Returns z of the sums over a block; `None` if a variance is not finite, as for a single sample.
 ///
-/// Values are stored with 24 bits: where all samples are equal, round-off is all that distinguishes them, so
-/// that no standard error is smaller than that.
+/// Values are stored with 24 bits. If all samples are equal, only round-off distinguishes them; it
+/// is therefore a lower bound of the standard error.
 fn z(pair: &Pair, [var_a, var_b]: [&[f32]; 2], pixels: impl Iterator<Item = usize>) -> Option<f64> {
     let (mut difference, mut variance) = (0.0, 0.0);
     for i in pixels {
@@ -117,7 +118,8 @@ fn z(pair: &Pair, [var_a, var_b]: [&[f32]; 2], pixels: impl Iterator<Item = usiz
     }
 }
 
-/// |z| that the largest of so many normal ones exceeds with [`FALSE_ALARM`] (Šidák).
+/// Returns |z| that the largest of `count` normal values exceeds with probability [`FALSE_ALARM`]
+/// (Šidák).
 fn limit(count: f64) -> f64 {
     let each = -((-FALSE_ALARM).ln_1p() / count).exp_m1();
     let (mut low, mut high) = (0.0, 40.0);
@@ -136,7 +138,8 @@ fn limit(count: f64) -> f64 {
 mod tests {
     use super::limit;
 
-    /// Quantiles of the normal distribution: 3.2905 for 1e-3 at both ends; 4.2e-9 of 240,000.
+    /// Compares with quantiles of the normal distribution: 3.2905 for 1e-3 at both ends; 4.2e-9 of
+    /// 240,000.
     #[test]
     fn limits_are_quantiles() {
         assert!((limit(1.0) - 3.2905).abs() < 1e-4, "{}", limit(1.0));

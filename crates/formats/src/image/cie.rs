@@ -1,20 +1,22 @@
-//! From spectra to colours on a screen.
+//! Conversion of spectra to colours on a screen.
 
 use super::{ImageLayers, RgbImage};
 use crate::cie::{WHITE, matching, of_xyz};
 
-/// Each of X, Y and Z of white needs so much of its matching function's mean over the wavelengths, or colours
-/// cannot be told.
+/// Smallest X, Y and Z of white, relative to the mean of their matching functions over the
+/// wavelengths. Below it, colours are undetermined.
 const LEAST: f64 = 1e-3;
 
-/// The weights with which radiances at some wavelengths (nm, in any order) make linear red, green and blue.
+/// Returns the weights that convert radiances at some wavelengths (nm, in any order) to linear red,
+/// green and blue.
 ///
-/// X, Y and Z are sums over the listed wavelengths with the weights of the trapezoidal rule. White is the same
-/// radiance at all of them: each of X, Y, Z is divided by what it is for that, and multiplied by that of
-/// sRGB's white, so that radiance 1 becomes (1, 1, 1), however few or uneven the wavelengths. `None` if they do
-/// not tell colours apart: a single one, or none where one of the matching functions is.
+/// X, Y and Z are sums over the wavelengths with the weights of the trapezoidal rule. White is
+/// equal radiance at all wavelengths: X, Y and Z are divided by their values for equal radiance,
+/// and multiplied by X, Y and Z of sRGB's white. Radiance 1 therefore becomes (1, 1, 1) for any
+/// number and spacing of wavelengths. The result is `None` if the wavelengths do not determine
+/// colours: a single wavelength, or no wavelength in the range of a matching function.
 ///
-/// Colours outside of the gamut, such as those of single wavelengths, have negative parts.
+/// Colours outside the gamut, for example of single wavelengths, have negative components.
 pub fn weights(wavelengths: &[f64]) -> Option<Vec<[f64; 3]>> {
     let steps = trapezoid(wavelengths);
     let xyz: Vec<[f64; 3]> = wavelengths
@@ -31,7 +33,8 @@ pub fn weights(wavelengths: &[f64]) -> Option<Vec<[f64; 3]>> {
     Some(xyz.iter().map(|xyz| of_xyz(relative(xyz))).collect())
 }
 
-/// Half the distance between the neighbours of each wavelength; at the ends, half that to the only one.
+/// Returns half the distance between the neighbours of each wavelength; at the ends, half the
+/// distance to the only neighbour.
 fn trapezoid(wavelengths: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..wavelengths.len()).collect();
     order.sort_by(|a, b| wavelengths[*a].total_cmp(&wavelengths[*b]));
@@ -45,8 +48,8 @@ fn trapezoid(wavelengths: &[f64]) -> Vec<f64> {
 }
 
 impl ImageLayers {
-    /// The main layer in colour, if its channels are wavelengths (`450nm` and so on) that tell colours apart: see
-    /// [`weights`].
+    /// Returns the main layer in colour, if its channels are wavelengths (`450nm` and so on) that
+    /// determine colours: see [`weights`].
     pub(crate) fn spectral_rgb(&self) -> Option<RgbImage> {
         let channels = &self.layer("")?.channels;
         let nm = |(name, _): &(String, _)| name.strip_suffix("nm")?.parse().ok();
@@ -73,7 +76,7 @@ impl ImageLayers {
 mod tests {
     use super::*;
 
-    /// Four digits of the table of CIE 1931, at wavelengths all over the visible range.
+    /// Compares with four digits of the table of CIE 1931, at wavelengths over the visible range.
     #[test]
     fn matching_functions_are_those_of_the_table() {
         for (nm, table) in [
@@ -115,7 +118,8 @@ mod tests {
         }
     }
 
-    /// Luminance of a spectrum is the integral over ȳ, relative to that of white.
+    /// Checks that the luminance of a spectrum is the integral over ȳ, relative to the luminance of
+    /// white.
     #[test]
     fn luminance_is_weighted_by_the_second_matching_function() {
         let ramp = |nm: f64| (nm - 380.0) / 400.0;

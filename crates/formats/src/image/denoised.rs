@@ -1,30 +1,31 @@
-//! Denoised images, which are not estimates: what a denoiser needs of an image, and what is kept of its answer.
+//! Denoised images: inputs of a denoiser, and layers for its output.
 //!
-//! A denoiser trades noise for bias that nobody knows. What it made of an image is in layers with names of their own, never in
-//! the main layer, beside how far it moved each value in terms of the standard error.
+//! Denoising replaces noise by an unknown bias, so that denoised images are not estimates. The
+//! denoised values are in separate layers, never in the main layer, together with the change of
+//! each value in units of its standard error.
 
 use super::exposure::Exposure;
 use super::{ImageLayers, Layer, RgbImage, variance_of};
 use crate::error::Problem;
 
-/// The attribute of denoised images, which says what denoised them.
+/// Attribute of denoised images, which names the denoiser.
 pub const DENOISED: &str = "denoised";
-/// The layer with the denoised values.
+/// Name of the layer with the denoised values.
 pub const LAYER: &str = "denoised";
-/// The layer with (denoised − estimate) / standard error.
+/// Name of the layer with (denoised − estimate) / standard error.
 pub const DIFFERENCE: &str = "difference";
-/// Layers that guide denoisers unless the user names others, those to be preferred first.
+/// Layers that guide denoisers unless the user names others, in order of preference.
 const ALBEDOS: [&str; 1] = ["albedo"];
 const NORMALS: [&str; 2] = ["sh_normal", "geo_normal"];
 
 /// Channels that are denoised together.
 const COLOURS: [&str; 3] = ["R", "G", "B"];
-/// Attributes that hold for the estimate only.
+/// Attributes that apply only to the estimate.
 const OF_ESTIMATES: [&str; 1] = ["trust"];
-/// Beyond so many standard errors noise hardly explains a difference.
+/// Number of standard errors above which noise hardly explains a difference.
 const FAR: f64 = 3.0;
 
-/// The layers that denoising takes of an image.
+/// Selection of an image's layers for denoising.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DenoiseOptions {
     /// Layer to denoise; empty for the main layer.
@@ -51,55 +52,56 @@ pub struct DenoiseGuide {
     pub image: RgbImage,
 }
 
-/// An image that is being denoised: what a denoiser needs of it.
+/// Image during denoising, split into the inputs of a denoiser.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Denoising {
     /// Albedo of first surfaces.
     pub albedo: Option<DenoiseGuide>,
     /// Normals of first surfaces, never without an albedo.
     pub normal: Option<DenoiseGuide>,
-    /// Images to denoise, one after the other.
+    /// Images to denoise, in sequence.
     pub parts: Vec<Noisy>,
     /// The layer to denoise and its variances.
     image: ImageLayers,
     /// Name of that layer.
     layer: String,
-    /// Standard errors of all its channels, in their order, if they are known.
+    /// Standard errors of all channels of the layer, in their order, if known.
     errors: Option<Vec<Channel>>,
 }
 
-/// An image as a denoiser takes it: colours around 1, and what to undo afterwards.
+/// Input image of a denoiser: colours around 1, and the data to restore the original scale.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Noisy {
-    /// The channels that its red, green and blue are: three, or one that is all of them.
+    /// Names of the red, green and blue channels, or of a single channel that is all three.
     channels: Vec<String>,
     /// Values times `gain`.
     pub image: RgbImage,
-    /// A power of two.
+    /// Gain, a power of two.
     gain: f32,
 }
 
 /// A denoised image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Denoised {
-    /// With the layers [`LAYER`] and, if standard errors are known, [`DIFFERENCE`].
+    /// Image with the layers [`LAYER`] and, if standard errors are known, [`DIFFERENCE`].
     pub image: ImageLayers,
-    /// Where the denoiser moved values.
+    /// Statistics of the changed values, if standard errors are known.
     pub moved: Option<Moved>,
 }
 
-/// How far a denoiser moved values, in terms of their standard errors.
+/// Statistics of the values that a denoiser changed, relative to their standard errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moved {
-    /// Share of the values with a standard error that it moved by more than three of them. 0.0027 of the values of an estimate
-    /// are so far from the truth, if its noise is normal.
+    /// Fraction of the values with a standard error that changed by more than three standard
+    /// errors. With normal noise, 0.0027 of the values of an estimate are this far from the truth.
     pub beyond_three: f64,
-    /// Share of the values that it moved but that have no standard error, as where no sample found light.
+    /// Fraction of the values that changed but have no standard error, for instance if no sample
+    /// found light.
     pub unknown: f64,
 }
 
 impl DenoiseOptions {
-    /// Returns whether denoising looks at the layer `name`.
+    /// Returns true if denoising uses the layer `name`.
     pub fn uses(&self, name: &str) -> bool {
         let named = [&self.albedo, &self.normal, &self.errors];
         name == self.layer
@@ -110,12 +112,13 @@ impl DenoiseOptions {
 }
 
 impl Denoising {
-    /// Takes what a denoiser needs out of an image: red, green and blue together, every other channel on its own.
+    /// Splits an image into the inputs of a denoiser: red, green and blue together, and every other
+    /// channel separately.
     ///
     /// # Errors
     ///
-    /// An image that is denoised already, or of quantities other than light; layers that it does not have; normals without an
-    /// albedo; and values that are not finite.
+    /// An image that is already denoised, or of quantities other than light; missing layers;
+    /// normals without an albedo; and values that are not finite.
     pub fn new(image: ImageLayers, options: &DenoiseOptions) -> Result<Self, Problem> {
         if image.attribute(DENOISED).is_some() {
             let message = "the image is denoised already: denoise the estimate";
@@ -155,7 +158,7 @@ impl Denoising {
         })
     }
 
-    /// The guides in a few words.
+    /// Describes the guides in a few words.
     pub fn guides(&self) -> String {
         let guides = [&self.albedo, &self.normal].into_iter().flatten();
         let names: Vec<&str> = guides.map(|guide| guide.name.as_str()).collect();
@@ -165,11 +168,12 @@ impl Denoising {
         }
     }
 
-    /// Makes a denoised image of a denoiser's answers to all [parts](Denoising::parts), in their order. `by` names the denoiser.
+    /// Makes a denoised image from a denoiser's outputs for all [parts](Denoising::parts), in their
+    /// order. `by` names the denoiser.
     ///
     /// # Errors
     ///
-    /// Answers of another size, and values that are not finite.
+    /// Outputs of another size, and values that are not finite.
     pub fn finish(self, answers: &[RgbImage], by: &str) -> Result<Denoised, Problem> {
         let of_layer = match &*self.layer {
             "" => String::new(),
@@ -223,7 +227,7 @@ impl Denoising {
 }
 
 impl ImageLayers {
-    /// Red, green and blue, or X, Y and Z, of a layer that is to guide a denoiser.
+    /// Returns red, green and blue, or X, Y and Z, of a layer as a guide of a denoiser.
     fn guide(&self, name: &str) -> Option<DenoiseGuide> {
         let layer = self.layer(name)?;
         let of = |names: [&str; 3]| {
@@ -245,7 +249,8 @@ impl ImageLayers {
         })
     }
 
-    /// Standard errors of all channels of the main layer, in their order, which `error` makes of the values of another layer.
+    /// Returns standard errors of all channels of the main layer, in their order. `error` converts
+    /// the values of another layer.
     fn errors(&self, layer: &Layer, error: impl Fn(f32) -> f32) -> Option<Vec<Channel>> {
         let channels = self.layer("")?.channels.iter().map(|(name, _)| {
             let values = layer.channel(name)?.iter();
@@ -254,7 +259,7 @@ impl ImageLayers {
         channels.collect()
     }
 
-    /// The main layer as a denoiser takes it.
+    /// Splits the main layer into inputs of a denoiser.
     fn noisy(&self) -> Result<Vec<Noisy>, Problem> {
         let main = self.layer("");
         let mut others: Vec<&Channel> = main.iter().flat_map(|main| &main.channels).collect();
@@ -276,7 +281,7 @@ impl ImageLayers {
             parts.push((vec![name.clone()], [values; 3]));
         }
         let noisy = |(channels, planes): (_, [&[f32]; 3])| {
-            // Denoisers take very small radiances for black.
+            // Scale the values: denoisers treat very small radiances as black.
             let stops = Exposure::of(self.joined(planes, 1.0).pixels.into_iter());
             let gain = stops.round().clamp(-126.0, 126.0).exp2() as f32;
             Noisy {
@@ -299,7 +304,7 @@ impl ImageLayers {
 }
 
 impl Noisy {
-    /// The channels in a denoiser's answer.
+    /// Returns the channels of a denoiser's output.
     fn planes(&self, answer: &RgbImage) -> Vec<(String, Vec<f32>)> {
         let plane = |of: &dyn Fn(&[f32; 3]) -> f32| {
             let values = answer.pixels.iter().map(|pixel| of(pixel) / self.gain);
@@ -317,7 +322,7 @@ impl Noisy {
     }
 }
 
-/// Values that were counted.
+/// Numbers of values.
 #[derive(Debug, Default)]
 struct Counts {
     all: usize,
@@ -326,7 +331,8 @@ struct Counts {
 }
 
 impl Counts {
-    /// The difference of a value from its estimate by the standard error; NaN if it was moved but has none.
+    /// Counts a value. Returns the difference from its estimate divided by the standard error; NaN
+    /// if the value changed but has no standard error.
     fn take(&mut self, denoised: f32, estimate: f32, error: f32) -> f32 {
         let difference = f64::from(denoised) - f64::from(estimate);
         let error = f64::from(error);
@@ -372,7 +378,7 @@ mod tests {
         }
     }
 
-    /// A denoiser that adds `shift` to what it is given.
+    /// Denoises with a denoiser that adds `shift` to its input.
     fn shifted(image: &ImageLayers, shift: f32) -> Denoised {
         let answer = |noisy: &Noisy| {
             let mut shown = noisy.image.clone();
@@ -385,7 +391,8 @@ mod tests {
         denoising.finish(&answers, "a test").unwrap()
     }
 
-    /// Standard errors of 0.25 and a shift of 1: four everywhere, but where none is known.
+    /// Checks that a shift of 1, at standard errors of 0.25, gives differences of 4, except where
+    /// no error is known.
     #[test]
     fn differences_are_in_standard_errors() {
         let noisy = image(
@@ -422,7 +429,8 @@ mod tests {
         assert!((values[0] / 2e-9 - 1.0).abs() < 1e-6, "{values:?}");
     }
 
-    /// Watts per wavelength may be 1e-20, which a denoiser would take for black.
+    /// Checks that denoisers receive values around 1: watts per wavelength may be 1e-20, which a
+    /// denoiser would treat as black.
     #[test]
     fn denoisers_see_values_around_one() {
         let noisy = image(&[("550nm", [1e-20; 4]), ("600nm", [3e7; 4])], None);

@@ -1,4 +1,4 @@
-//! Images whose values are encoded as in sRGB.
+//! Images with values that are encoded as in sRGB.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -10,20 +10,22 @@ use crate::colour::linear_from_srgb;
 use crate::error::{FileError, Problem};
 use crate::input::{self, Limits};
 
-/// Bytes that one byte can stand for: DEFLATE codes 258 bytes with two bits at best (RFC 1951), each of which may be
-/// eight pixels. A file that claims more is taken for damaged.
+/// Largest ratio of decompressed to compressed size. DEFLATE encodes at most 258 bytes in two bits
+/// (RFC 1951), each of which may be eight pixels. A file that states more is treated as damaged.
 const MOST_COMPRESSION: u64 = 8 * 258 * 8 / 2;
-/// Bytes that a pixel takes beside those of the file's own format: three numbers of 16 bits, and three of 32.
+/// Memory for each pixel in addition to the file's own format, in bytes: three numbers of 16 bits,
+/// and three of 32 bits.
 const PIXEL: u64 = 18;
 
-/// A format, and what it is called in messages.
+/// Image format, and its name in messages.
 pub(super) type Named = (ImageFormat, &'static str);
 
-/// Reads an image of a format and makes its values linear; they are in [0, 1]. Transparency is dropped.
+/// Reads an image in a format, and converts its values to linear values in [0, 1]. Transparency is
+/// dropped.
 ///
 /// # Errors
 ///
-/// A file that cannot be read or is not of the format, or that takes too much memory.
+/// A file that cannot be read, is not of the format, or takes too much memory.
 pub(super) fn read(path: &Path, format: Named, limits: Limits) -> Result<RgbImage, FileError> {
     let bytes = input::read(path)?;
     decode(&bytes, format, limits).map_err(|problem| problem.at(path))

@@ -1,32 +1,35 @@
-//! How much brighter a screen shows an image: docs/images.md says by which rule.
+//! Exposure of images on a screen, by the rule in docs/images.md.
 
 use super::RgbImage;
 use super::tone::{Curve, Tone};
 
-/// How much brighter than its values an image is shown.
+/// Exposure of an image on a screen.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Exposure {
-    /// As much as the image needs: see [`Exposure::of`].
+    /// Automatic exposure: see [`Exposure::of`].
     #[default]
     Auto,
-    /// By so many stops, whatever the image; 0 changes nothing.
+    /// Given number of stops for all images; 0 changes nothing.
     Stops(f64),
 }
 
-/// Share of the lit pixels that bright ones are above: a few fireflies, or a small light, do not matter.
+/// Fraction of the lit pixels below the bright level: a few fireflies, or a small light, have no
+/// effect.
 const BRIGHT: f64 = 0.99;
-/// Between these luminances the bright pixels are neither dark nor burnt out.
+/// Range of luminances of the bright level in which an image is neither dark nor overexposed.
 const LEVELS: [f64; 2] = [0.5, 1.0];
-/// Luminance of the median lit pixel below which nothing is darkened: a large light in view does not make the rest black.
+/// Luminance below which darkening must not bring the median lit pixel: a large light in view does
+/// not make the rest black.
 const DARK: f64 = 0.1;
-/// Exposures are multiples of 1 stop by this, so that equal scenes with other noise are shown alike.
+/// Number of exposure steps per stop. Rounding makes exposures of equal scenes with different noise
+/// equal.
 const STEPS: f64 = 4.0;
 
 /// Weights of linear red, green and blue of ITU-R BT.709 in luminance.
 const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
 
 impl Exposure {
-    /// The stops for an image of these linear colours.
+    /// Returns the number of stops for an image of these linear colours.
     pub fn stops(self, pixels: impl Iterator<Item = [f32; 3]>) -> f64 {
         match self {
             Exposure::Stops(stops) => stops,
@@ -34,7 +37,7 @@ impl Exposure {
         }
     }
 
-    /// The same as a tone, with the curve that follows.
+    /// Returns the exposure of an image as a tone, with a given curve.
     pub fn tone(self, curve: Curve, image: &RgbImage) -> Tone {
         Tone {
             exposure: self.stops(image.pixels.iter().copied()),
@@ -42,10 +45,13 @@ impl Exposure {
         }
     }
 
-    /// The stops that an image needs, a multiple of a quarter, from the luminances of its lit pixels, which are above zero.
+    /// Returns the automatic number of stops, a multiple of a quarter, from the luminances of lit
+    /// pixels, which are above zero.
     ///
-    /// If their 99th percentile is below 0.5, the fewest that bring it there; if it is above 1, the fewest that bring it down to 1,
-    /// but not so many that their median falls below 0.1. Otherwise, and without lit pixels, none. NaN is not lit.
+    /// If their 99th percentile is below 0.5, the result is the smallest number that raises it to
+    /// 0.5. If it is above 1, the result is the smallest darkening that lowers it to 1, but does
+    /// not lower their median below 0.1. In other cases, and without lit pixels, it is 0. NaN is
+    /// not lit.
     pub fn of(pixels: impl Iterator<Item = [f32; 3]>) -> f64 {
         let luminance = |[r, g, b]: [f32; 3]| {
             let [wr, wg, wb] = LUMINANCE;
@@ -71,7 +77,8 @@ impl Exposure {
     }
 }
 
-/// The smallest value that at least this share of all is not above; `None` of no values.
+/// Returns the smallest value that is at least as large as the fraction `share` of all values;
+/// `None` without values.
 fn quantile(values: &mut [f32], share: f64) -> Option<f64> {
     let rank = (share * values.len() as f64).ceil() as usize;
     let index = rank.clamp(1, values.len().max(1)) - 1;
@@ -90,7 +97,8 @@ mod tests {
         Exposure::of(levels.into_iter().map(|v| [v; 3]))
     }
 
-    /// Levels from 1/8 to 4 of a grey picture, by hand: log₂ of 0.5 or 1 by the level, outwards to a quarter.
+    /// Compares levels from 1/8 to 4 of a grey picture with results by hand: log₂ of 0.5 or 1
+    /// divided by the level, rounded away from zero to a quarter.
     #[test]
     fn grey_pictures_become_half_to_white() {
         for (level, stops) in [
@@ -112,7 +120,7 @@ mod tests {
         assert_eq!(stops, 0.0);
     }
 
-    /// One pixel of 1000 beyond all others, and a light over a twentieth of the picture.
+    /// Adds one very bright pixel to 1000, and a light over a twentieth of the picture.
     #[test]
     fn neither_fireflies_nor_lights_make_a_picture_black() {
         let room = || (0..1000).map(|i| 0.2 + i as f32 / 2000.0);
@@ -132,7 +140,7 @@ mod tests {
         assert_eq!(of([]), 0.0);
     }
 
-    /// The picture that comes out needs nothing more, at every level that numbers have with all their digits.
+    /// Checks that exposed pictures need no further exposure, at every level of normal numbers.
     #[test]
     fn exposing_twice_is_exposing_once() {
         for exponent in -120..127 {

@@ -24,14 +24,14 @@ use crate::atomic;
 use crate::error::{FileError, Problem};
 use crate::input::{self, Limits};
 
-/// Bytes that a sample takes at most while it is read: in the file's own format and in ours, and in a block that may be the whole
-/// image, before and after it is unpacked.
+/// Maximum memory for each sample while reading, in bytes: in the file's format and in this
+/// crate's, and in a block that may be the whole image, before and after unpacking.
 const SAMPLE: u64 = 16;
-/// Longest name of a channel or an attribute that the format allows, in bytes.
+/// Maximum length of the name of a channel or an attribute in the format, in bytes.
 const MAX_NAME: usize = 255;
 
-/// Primaries and white (D65) of red, green and blue: ITU-R BT.709, which is what readers assume if a file
-/// does not say.
+/// Primaries and white (D65) of red, green and blue: ITU-R BT.709. Readers assume them if a file
+/// has no chromaticities.
 const REC_709: Chromaticities = Chromaticities {
     red: Vec2(0.64, 0.33),
     green: Vec2(0.3, 0.6),
@@ -41,33 +41,33 @@ const REC_709: Chromaticities = Chromaticities {
 
 type Flat = exr::prelude::Layer<AnyChannels<FlatSamples>>;
 
-/// What an EXR file holds besides the values of its channels.
+/// Content of an EXR file without the values of its channels.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ExrHeader {
     /// Pixels per row.
     pub width: usize,
     /// Rows.
     pub height: usize,
-    /// Names of the channels with those of their layers, such as `variance.R`.
+    /// Names of the channels with their layers, such as `variance.R`.
     pub channels: Vec<String>,
-    /// As in [`ImageLayers::attributes`].
+    /// Texts by name, as in [`ImageLayers::attributes`].
     pub attributes: Vec<(String, String)>,
 }
 
-/// Writes an image, at once or not at all. The same image gives the same bytes.
+/// Writes an image, completely or not at all. Equal images give equal bytes.
 ///
 /// # Errors
 ///
-/// An image without pixels, channels that do not fit its size, names that are empty, too long,
-/// taken or reserved by the format, and everything that [`atomic::write()`] reports.
+/// An image without pixels; channels that do not have its size; names that are empty, too long,
+/// duplicate or reserved by the format; and all errors of [`atomic::write()`].
 pub fn write(path: &Path, image: &ImageLayers) -> Result<(), FileError> {
     image.check().map_err(|problem| problem.at(path))?;
     let planes: Vec<&[f32]> = planes(image).collect();
     write_values(path, &frame(image), |channel, pixel| planes[channel][pixel])
 }
 
-/// Writes an image whose values are computed as they are written: `value` gives that of a channel, by its
-/// place in `frame`, at a pixel, row by row from the top left.
+/// Writes an image whose values are computed during writing. `value` returns the value of a
+/// channel, by its index in `frame`, at a pixel, row by row from the top left.
 ///
 /// # Errors
 ///
@@ -87,11 +87,11 @@ pub fn write_values(
     })
 }
 
-/// The bytes of an EXR file.
+/// Encodes an image as an EXR file.
 ///
 /// # Errors
 ///
-/// As for [`write()`], but for the file system.
+/// As for [`write()`], except errors of the file system.
 pub fn encode(image: &ImageLayers) -> Result<Vec<u8>, Problem> {
     image.check()?;
     let frame = frame(image);
@@ -105,7 +105,7 @@ pub fn encode(image: &ImageLayers) -> Result<Vec<u8>, Problem> {
     Ok(bytes)
 }
 
-/// The attributes are left in the encoder's order, which changes from run to run.
+/// Encodes an image. Attributes stay in the encoder's order, which changes from run to run.
 fn encode_to(
     writer: &mut (impl Write + Seek),
     frame: &ExrHeader,
@@ -134,7 +134,7 @@ fn encode_to(
     file.write().to_buffered(writer)
 }
 
-/// Samples of one channel that are computed as they are written.
+/// Samples of one channel that are computed during writing.
 struct Computed<'a, F> {
     channel: usize,
     width: usize,
@@ -201,7 +201,7 @@ fn frame(image: &ImageLayers) -> ExrHeader {
     }
 }
 
-/// The name of a layer's channel in a file.
+/// Returns the name of a layer's channel in a file.
 pub fn channel_name(layer: &str, channel: &str) -> String {
     match layer {
         "" => channel.to_owned(),
@@ -226,7 +226,7 @@ fn taken(what: &str, name: &str) -> Problem {
     Problem::Malformed(format!("two {what}s have the name '{name}'"))
 }
 
-/// Text is stored as UTF-8.
+/// Converts a text, which is stored as UTF-8.
 fn text(text: &str) -> Text {
     Text::from_slice_unchecked(text.as_bytes())
 }
@@ -235,16 +235,16 @@ fn string(text: &Text) -> String {
     String::from_utf8_lossy(text.as_slice()).into_owned()
 }
 
-/// Reads all layers and the attributes that are texts. Layers in parts of their own are read, too.
+/// Reads all layers, and the attributes that are texts. Layers may be in separate parts.
 ///
 /// # Errors
 ///
-/// A file that cannot be read or is no valid EXR file, deep data, and parts of different sizes.
+/// A file that cannot be read or is not a valid EXR file, deep data, and parts of different sizes.
 pub fn read(path: &Path) -> Result<ImageLayers, FileError> {
     read_within(path, Limits::default())
 }
 
-/// As [`read`], of a file that may take so much memory.
+/// Reads a file within a limit of memory, as [`read`].
 ///
 /// # Errors
 ///
@@ -263,7 +263,7 @@ pub fn decode(bytes: &[u8]) -> Result<ImageLayers, Problem> {
     decode_within(bytes, Limits::default())
 }
 
-/// As [`decode`], of a file that may take so much memory.
+/// Reads an image from the bytes of a file within a limit of memory, as [`decode`].
 ///
 /// # Errors
 ///
@@ -303,7 +303,7 @@ fn decode_from(
     Ok(result)
 }
 
-/// Samples of all channels together.
+/// Returns the number of samples of all channels.
 fn samples(metadata: &MetaData) -> Result<u64, Problem> {
     let samples = |header: &Header| {
         let Vec2(width, height) = header.layer_size;
@@ -369,7 +369,7 @@ fn layer_mut(image: &mut ImageLayers, name: String) -> &mut Layer {
 
 fn describe(error: Error) -> Problem {
     match error {
-        // No place in a file is where the system is asked to go.
+        // Report a damaged file: the decoder seeks to a position outside it.
         Error::Io(error) if error.kind() == ErrorKind::InvalidInput => Problem::WrongFormat {
             format: "EXR",
             reason: "the file is damaged: its table says that pixels lie outside of it".into(),

@@ -1,13 +1,13 @@
-//! The order of attributes in an EXR header.
+//! Order of attributes in an EXR header.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
 use std::ops::Range;
 
-/// Bytes before the first attribute: the magic number and the version.
+/// Number of bytes before the first attribute: the magic number and the version.
 const START: usize = 8;
 
-/// Bytes at the beginning of a file in which its header is looked for first.
+/// Number of bytes at the beginning of a file in which the header is searched first.
 const FIRST: u64 = 1 << 16;
 
 /// Sorts the attributes of a file with one part, which is open for reading, too.
@@ -29,14 +29,14 @@ pub(super) fn sort_in_file(writer: &mut BufWriter<File>) -> io::Result<()> {
     }
 }
 
-/// Sorts the attributes of a file with one part by name. Bytes that are no whole header are left as
-/// they are; returns whether they were one.
+/// Sorts the attributes of a file with one part by name. Returns true if the bytes contain a whole
+/// header; else they do not change.
 pub(super) fn sort_attributes(bytes: &mut [u8]) -> bool {
     let Some(mut ranges) = attributes(bytes) else {
         return false;
     };
     let end = ranges.last().map_or(START, |range| range.end);
-    // Each attribute begins with its name and a zero byte, so that comparing bytes orders names.
+    // Compare bytes to order names: each attribute begins with its name and a zero byte.
     ranges.sort_by(|a, b| bytes[a.clone()].cmp(&bytes[b.clone()]));
     let sorted: Vec<u8> = ranges
         .into_iter()
@@ -46,8 +46,8 @@ pub(super) fn sort_attributes(bytes: &mut [u8]) -> bool {
     true
 }
 
-/// Where each attribute lies: name, zero, type, zero, size (32 bits), value. A zero byte in place
-/// of a name ends the list.
+/// Returns the range of each attribute: name, zero, type, zero, size (32 bits), value. A zero byte
+/// instead of a name ends the list.
 fn attributes(bytes: &[u8]) -> Option<Vec<Range<usize>>> {
     let mut ranges = Vec::new();
     let mut start = START;
@@ -66,7 +66,7 @@ fn attributes(bytes: &[u8]) -> Option<Vec<Range<usize>>> {
     Some(ranges)
 }
 
-/// The position after the zero byte that ends the text at `start`.
+/// Returns the position after the zero byte at the end of the text at `start`.
 fn after_text(bytes: &[u8], start: usize) -> Option<usize> {
     let length = bytes.get(start..)?.iter().position(|b| *b == 0)?;
     Some(start + length + 1)

@@ -1,4 +1,4 @@
-//! Radiance files (`.hdr`, `.rgbe`): red, green and blue with a common exponent, linear.
+//! Radiance files (`.hdr`, `.rgbe`): linear red, green and blue with a common exponent.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -10,34 +10,35 @@ use super::RgbImage;
 use crate::error::{FileError, Problem};
 use crate::input::{self, Limits};
 
-/// Bytes that a pixel takes: three numbers of 32 bits, in the decoder and here.
+/// Memory for each pixel, in bytes: three numbers of 32 bits, in the decoder and here.
 const PIXEL: u64 = 24;
-/// Pixels that a byte can stand for: a run of 127 numbers takes two, and a pixel has four.
+/// Largest number of pixels per byte: a run of 127 numbers takes two bytes, and a pixel has four
+/// numbers.
 const MOST_COMPRESSION: u64 = 127 / 8 + 1;
 
 /// Reads an image.
 ///
 /// # Errors
 ///
-/// A file that cannot be read or is no valid Radiance file, or that takes too much memory.
+/// A file that cannot be read, is not a valid Radiance file, or takes too much memory.
 pub(super) fn read(path: &Path, limits: Limits) -> Result<RgbImage, FileError> {
     let bytes = input::read(path)?;
     decode_within(&bytes, limits).map_err(|problem| problem.at(path))
 }
 
-/// Reads an image from the bytes of a file that may take so much memory. The header's `EXPOSURE` and `COLORCORR` are not
-/// applied, as in Mitsuba.
+/// Reads an image from the bytes of a file within a limit of memory. The header's `EXPOSURE` and
+/// `COLORCORR` are ignored, as in Mitsuba.
 ///
 /// # Errors
 ///
-/// Bytes that are no valid Radiance file, or that take too much memory.
+/// Bytes that are not a valid Radiance file, or that take too much memory.
 pub fn decode_within(bytes: &[u8], limits: Limits) -> Result<RgbImage, Problem> {
     let wrong = |reason: String| Problem::WrongFormat {
         format: "Radiance",
         reason,
     };
     let failed = |error: ImageError| wrong(error.to_string());
-    // Programs call the format by other names, too.
+    // Check only the prefix: programs write different names of the format after it.
     if !bytes.starts_with(b"#?") {
         return Err(wrong("it does not begin with '#?'".to_owned()));
     }

@@ -1,4 +1,4 @@
-//! Images: layers of named channels, written to EXR, NPY and PNG and read back; what a screen shows of them.
+//! Images: layers of named channels, read and written as EXR, NPY and PNG, and shown on screens.
 
 pub mod cie;
 pub mod denoised;
@@ -23,7 +23,7 @@ use crate::error::{FileError, Problem};
 use crate::input::Limits;
 use crate::tensor::Tensor;
 
-/// An image of several layers with named channels, as EXR files hold it.
+/// Image of several layers with named channels, as in EXR files.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ImageLayers {
     /// Pixels per row.
@@ -32,21 +32,21 @@ pub struct ImageLayers {
     pub height: usize,
     /// The layers. The main layer has an empty name.
     pub layers: Vec<Layer>,
-    /// Text about the image, by name: the hash of its scene, its seed, ... EXR reserves some names,
-    /// such as `version`, `type`, `name`, `comments` and `owner`.
+    /// Texts about the image by name, such as the hash of its scene and its seed. EXR reserves some
+    /// names, such as `version`, `type`, `name`, `comments` and `owner`.
     pub attributes: Vec<(String, String)>,
 }
 
-/// One layer of an image.
+/// Layer of an image.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Layer {
-    /// Its name, for example `variance`; empty for the main layer.
+    /// Name of the layer, for example `variance`; empty for the main layer.
     pub name: String,
-    /// The channels, for example `R`, each with its values row by row from the top left.
+    /// Channels, for example `R`, each with its values row by row from the top left.
     pub channels: Vec<(String, Vec<f32>)>,
 }
 
-/// Name of the layer with the variances of another.
+/// Returns the name of the layer with the variances of another layer.
 fn variance_of(layer: &str) -> String {
     match layer {
         "" => "variance".to_owned(),
@@ -55,7 +55,7 @@ fn variance_of(layer: &str) -> String {
 }
 
 impl Layer {
-    /// The channel with this name.
+    /// Returns the channel with this name.
     pub fn channel(&self, name: &str) -> Option<&[f32]> {
         self.channels
             .iter()
@@ -63,7 +63,7 @@ impl Layer {
             .map(|(_, values)| values.as_slice())
     }
 
-    /// The channels R, G and B, if it has all of them.
+    /// Returns the channels R, G and B, if the layer has all of them.
     fn colours(&self) -> Option<[&[f32]; 3]> {
         let [red, green, blue] = ["R", "G", "B"].map(|name| self.channel(name));
         Some([red?, green?, blue?])
@@ -71,12 +71,12 @@ impl Layer {
 }
 
 impl ImageLayers {
-    /// The layer with this name; the main layer's is empty.
+    /// Returns the layer with this name; the main layer's name is empty.
     pub fn layer(&self, name: &str) -> Option<&Layer> {
         self.layers.iter().find(|layer| layer.name == name)
     }
 
-    /// The attribute with this name.
+    /// Returns the attribute with this name.
     pub fn attribute(&self, name: &str) -> Option<&str> {
         self.attributes
             .iter()
@@ -84,14 +84,14 @@ impl ImageLayers {
             .map(|(_, value)| value.as_str())
     }
 
-    /// The main layer in colour: its R, G and B, or its Y in all three.
+    /// Returns the main layer in colour: its R, G and B, or its Y in all three.
     pub fn rgb(&self) -> Option<RgbImage> {
         let main = self.layer("")?;
         let grey = || Some([main.channel("Y")?; 3]);
         Some(self.of_channels(main.colours().or_else(grey)?))
     }
 
-    /// The main layer in colour, or the only layer that has R, G and B.
+    /// Returns the main layer in colour, or the only layer with R, G and B.
     fn colours(&self) -> Result<RgbImage, Problem> {
         if let Some(main) = self.rgb() {
             return Ok(main);
@@ -128,7 +128,7 @@ impl ImageLayers {
         }
     }
 
-    /// Refuses an image without pixels and channels that do not fit its size.
+    /// Checks that the image has pixels, and that all channels have its size.
     fn check(&self) -> Result<(), Problem> {
         let count = self.width.checked_mul(self.height);
         let channels = self.layers.iter().flat_map(|l| &l.channels);
@@ -149,7 +149,7 @@ impl ImageLayers {
     }
 }
 
-/// A colour image with linear values.
+/// Colour image with linear values.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RgbImage {
     /// Pixels per row.
@@ -161,18 +161,19 @@ pub struct RgbImage {
 }
 
 impl RgbImage {
-    /// Reads a colour image, such as an environment map, from an `.exr`, `.hdr` (`.rgbe`), `.pfm`, `.png`,
-    /// `.jpg`, `.bmp` or `.tga` file, by its extension. Values of the latter four are taken as sRGB and made linear. Of an `.exr`
-    /// file without main layer, the only layer that has R, G and B is read.
+    /// Reads a colour image, such as an environment map, from an `.exr`, `.hdr` (`.rgbe`), `.pfm`,
+    /// `.png`, `.jpg`, `.bmp` or `.tga` file, by its extension. Values of the latter four are sRGB,
+    /// and are converted to linear values. From an `.exr` file without main layer, the only layer
+    /// with R, G and B is read.
     ///
     /// # Errors
     ///
-    /// A file that cannot be read or is no valid image, and NaN or infinite values.
+    /// A file that cannot be read or is not a valid image, and NaN or infinite values.
     pub fn read(path: &Path) -> Result<Self, FileError> {
         Self::read_within(path, Limits::default())
     }
 
-    /// As [`RgbImage::read`], of a file that may take so much memory.
+    /// Reads a file within a limit of memory, as [`RgbImage::read`].
     ///
     /// # Errors
     ///
@@ -204,7 +205,8 @@ impl RgbImage {
         Ok(image)
     }
 
-    /// An array of linear values: rows from the top and columns, or three axes with one or three channels.
+    /// Makes an image from an array of linear values: rows from the top and columns, or three axes
+    /// with one or three channels.
     ///
     /// # Errors
     ///
@@ -234,27 +236,28 @@ impl RgbImage {
         Ok(image)
     }
 
-    /// Whether the numbers in an image file, by its extension, are encoded as in sRGB; reading the image decodes them.
+    /// Returns true if the numbers in an image file, by its extension, are encoded as in sRGB.
+    /// Reading the image decodes them.
     pub fn is_encoded(path: &Path) -> bool {
         let extension = path.extension().and_then(|e| e.to_str());
         let linear = ["exr", "hdr", "rgbe", "pfm"];
         !extension.is_some_and(|e| linear.iter().any(|l| e.eq_ignore_ascii_case(l)))
     }
 
-    /// As [`RgbImage::read_within`], of the bytes of a `.bmp` file.
+    /// Reads the bytes of a `.bmp` file, as [`RgbImage::read_within`].
     ///
     /// # Errors
     ///
-    /// As for [`RgbImage::read_within`], but for the file system.
+    /// As for [`RgbImage::read_within`], except errors of the file system.
     pub fn decode_bmp(bytes: &[u8], limits: Limits) -> Result<Self, Problem> {
         encoded::decode(bytes, (ImageFormat::Bmp, "BMP"), limits)
     }
 
-    /// As [`RgbImage::read_within`], of the bytes of a `.tga` file.
+    /// Reads the bytes of a `.tga` file, as [`RgbImage::read_within`].
     ///
     /// # Errors
     ///
-    /// As for [`RgbImage::read_within`], but for the file system.
+    /// As for [`RgbImage::read_within`], except errors of the file system.
     pub fn decode_tga(bytes: &[u8], limits: Limits) -> Result<Self, Problem> {
         encoded::decode(bytes, (ImageFormat::Tga, "TGA"), limits)
     }

@@ -6,13 +6,12 @@ use super::ImageLayers;
 use crate::error::{FileError, Problem};
 use crate::npy;
 
-/// Writes one layer as a float32 array `[row, column, channel]` with row 0 at the top, at once or
-/// not at all.
+/// Writes one layer as a float32 array `[row, column, channel]` with row 0 at the top, completely
+/// or not at all.
 ///
 /// # Errors
 ///
-/// A layer that the image does not have, channels that do not fit its size, and everything that
-/// [`npy::write()`] reports.
+/// A missing layer, channels that do not match the size, and all errors of [`npy::write()`].
 pub fn write(path: &Path, image: &ImageLayers, layer: &str) -> Result<(), FileError> {
     let data = interleave(image, layer).map_err(|problem| problem.at(path))?;
     let channels = data.len() / (image.width * image.height);

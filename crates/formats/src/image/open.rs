@@ -13,18 +13,23 @@ use crate::input::Limits;
 use crate::npy::{self, NpyArray, NpyData};
 
 impl ImageLayers {
-    /// Reads an `.exr`, `.png`, `.jpg` or `.npy` file, by its extension. Values of PNG and JPEG files are taken as sRGB and made
-    /// linear, in the channels R, G and B, and the exposure and tone map of which the texts of a PNG file tell are undone. An array is `[row, column, channel]` or `[row, column]`: three channels
+    /// Reads an `.exr`, `.png`, `.jpg` or `.npy` file, by its extension.
+    ///
+    /// Values of PNG and JPEG files are sRGB, and are converted to linear values in the channels R,
+    /// G and B. The exposure and tone map that texts of a PNG file state are undone. An array is
+    /// `[row, column, channel]` or `[row, column]`: three channels are R, G and B, a single channel
+    /// is Y, and others have numbers from 0.
     /// are R, G and B, a single one is Y, and others have numbers from 0.
     ///
     /// # Errors
     ///
-    /// A file that cannot be read, is not valid, or has another extension, and arrays of other shapes.
+    /// A file that cannot be read, is invalid, or has another extension, and arrays of other
+    /// shapes.
     pub fn read(path: &Path) -> Result<Self, FileError> {
         Self::read_within(path, Limits::default())
     }
 
-    /// As [`ImageLayers::read`], of a file that may take so much memory.
+    /// Reads a file within a limit of memory, as [`ImageLayers::read`].
     ///
     /// # Errors
     ///
@@ -48,8 +53,9 @@ impl ImageLayers {
         }
     }
 
-    /// Writes the image in the format that the name of the file tells: all layers to an `.exr` file, the first to an `.npy` file,
-    /// or what a screen shows of it to a `.png` file, as bright as [`Exposure::Auto`] makes it.
+    /// Writes the image in the format of the file's extension: all layers to an `.exr` file, the
+    /// first layer to an `.npy` file, or the first layer for a screen to a `.png` file, with the
+    /// exposure of [`Exposure::Auto`].
     ///
     /// # Errors
     ///
@@ -58,7 +64,7 @@ impl ImageLayers {
         self.write_exposed(path, Exposure::Auto)
     }
 
-    /// As [`write`](ImageLayers::write), where `exposure` says how bright a `.png` file is.
+    /// Writes the image as [`write`](ImageLayers::write), with a given `exposure` of a `.png` file.
     ///
     /// # Errors
     ///
@@ -73,8 +79,9 @@ impl ImageLayers {
         }
     }
 
-    /// Writes what a screen shows of the main layer to a PNG file, at once or not at all, and returns how. The file says if
-    /// the image is [denoised](super::denoised).
+    /// Writes the main layer for a screen to a PNG file, completely or not at all. Returns the
+    /// exposure and the tone curve. The file states whether the image is
+    /// [denoised](super::denoised).
     ///
     /// # Errors
     ///
@@ -94,12 +101,12 @@ impl ImageLayers {
         Ok(tone)
     }
 
-    /// The image with a layer, and its variance, in place of the main layer; nothing else is kept. An empty
-    /// name stands for the main layer.
+    /// Returns the image with a layer, and its variance, instead of the main layer, and without all
+    /// other layers. An empty name is the main layer.
     ///
     /// # Errors
     ///
-    /// A layer that the image does not have.
+    /// A layer that does not exist.
     pub fn focused(mut self, layer: &str) -> Result<Self, Problem> {
         let variance = variance_of(layer);
         if self.layer(layer).is_none() {
@@ -113,7 +120,7 @@ impl ImageLayers {
         Ok(self)
     }
 
-    /// Says that there is no such layer, and names some that there are.
+    /// Makes a message that a layer does not exist, with some existing layers.
     fn missing(&self, layer: &str) -> String {
         const SHOWN: usize = 20;
         let names = self.layers.iter().map(|l| l.name.as_str());
@@ -134,7 +141,7 @@ impl ImageLayers {
     }
 }
 
-/// Name of one of so many channels of which nothing else is known.
+/// Returns the default name of one of `count` channels.
 pub fn channel_name(channel: usize, count: usize) -> String {
     match count {
         1 => "Y".to_owned(),
@@ -143,7 +150,7 @@ pub fn channel_name(channel: usize, count: usize) -> String {
     }
 }
 
-/// A file whose name tells no format in which images are written.
+/// Makes an error for a file extension in which images cannot be written.
 pub fn unknown_format(path: &Path) -> FileError {
     let message = "images are written to .exr, .png and .npy".to_owned();
     Problem::Unsupported(message).at(path)
@@ -176,7 +183,7 @@ fn from_array(array: NpyArray) -> Result<ImageLayers, Problem> {
     Ok(image)
 }
 
-/// An image of the channels R, G and B.
+/// Makes an image of the channels R, G and B.
 fn colours(image: &RgbImage) -> ImageLayers {
     let plane = |c: usize| image.pixels.iter().map(|p| p[c]).collect();
     planar(image.width, image.height, (0..3).map(plane).collect())

@@ -1,4 +1,4 @@
-//! Portable float maps (`.pfm`): 32-bit numbers, linear, grey or red, green and blue.
+//! Portable float maps (`.pfm`): linear 32-bit numbers, in grey or in red, green and blue.
 
 use std::io::Write;
 use std::path::Path;
@@ -8,14 +8,14 @@ use crate::atomic;
 use crate::error::{FileError, Problem};
 use crate::input::{self, Limits};
 
-/// Writes an image in colour, at once or not at all.
+/// Writes an image in colour, completely or not at all.
 ///
 /// # Errors
 ///
-/// Everything that [`atomic::write()`] reports.
+/// All errors of [`atomic::write()`].
 pub fn write(path: &Path, image: &RgbImage) -> Result<(), FileError> {
     atomic::write(path, |file| {
-        // A scale below zero stands for little-endian numbers.
+        // Write a negative scale, which indicates little-endian numbers.
         write!(file, "PF\n{} {}\n-1.0\n", image.width, image.height)?;
         let rows = image.pixels.chunks(image.width.max(1)).rev();
         let mut numbers = rows.flatten().flatten();
@@ -27,18 +27,18 @@ pub fn write(path: &Path, image: &RgbImage) -> Result<(), FileError> {
 ///
 /// # Errors
 ///
-/// A file that cannot be read or is no valid PFM file, or that takes too much memory.
+/// A file that cannot be read, is not a valid PFM file, or takes too much memory.
 pub(super) fn read(path: &Path, limits: Limits) -> Result<RgbImage, FileError> {
     let bytes = input::read(path)?;
     decode_within(&bytes, limits).map_err(|problem| problem.at(path))
 }
 
-/// Reads an image from the bytes of a file that may take so much memory. Values are times the scale of the header, as in
-/// Mitsuba.
+/// Reads an image from the bytes of a file within a limit of memory. Values are multiplied by the
+/// scale of the header, as in Mitsuba.
 ///
 /// # Errors
 ///
-/// Bytes that are no valid PFM file, or that take too much memory.
+/// Bytes that are not a valid PFM file, or that take too much memory.
 pub fn decode_within(bytes: &[u8], limits: Limits) -> Result<RgbImage, Problem> {
     let wrong = |reason: &str| Problem::WrongFormat {
         format: "PFM",
@@ -78,7 +78,7 @@ pub fn decode_within(bytes: &[u8], limits: Limits) -> Result<RgbImage, Problem> 
         };
         value * scale.abs()
     };
-    // The last row comes first.
+    // Reverse the rows: the last row comes first.
     let rows = rest.chunks_exact(4 * channels * width).rev();
     let pixels = rows.flat_map(|row| row.chunks_exact(4 * channels));
     let pixels = pixels.map(|pixel| match channels {
@@ -92,10 +92,10 @@ pub fn decode_within(bytes: &[u8], limits: Limits) -> Result<RgbImage, Problem> 
     })
 }
 
-/// Longest word of a header that makes sense.
+/// Maximum length of a word in a header, in bytes.
 const LONGEST: usize = 40;
 
-/// The next word of a header; a single blank ends it.
+/// Returns the next word of a header, which a single blank ends.
 fn word<'b>(rest: &mut &'b [u8]) -> Option<&'b str> {
     *rest = rest.trim_ascii_start();
     let near = &rest[..rest.len().min(LONGEST)];

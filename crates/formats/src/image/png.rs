@@ -21,19 +21,19 @@ pub enum Depth {
     Sixteen,
 }
 
-/// Writes an image in sRGB, at once or not at all; `tone` says how bright it is, and is kept as texts `exposure` (stops) and
-/// `tone_map`, unless it changes nothing.
+/// Writes an image in sRGB, completely or not at all. `tone` is the exposure and the tone curve;
+/// the file records it as texts `exposure` (stops) and `tone_map`, unless it has no effect.
 ///
 /// # Errors
 ///
-/// An image whose size does not fit its pixels, and everything that [`atomic::write()`] reports.
+/// An image whose size does not match its pixels, and all errors of [`atomic::write()`].
 pub fn write(path: &Path, image: &RgbImage, depth: Depth, tone: Tone) -> Result<(), FileError> {
     let bytes = encode(image, depth, tone).map_err(|problem| problem.at(path))?;
     atomic::write_bytes(path, &bytes)
 }
 
-/// Writes 8 bits per channel of as many pixels as the size says, row by row from the top left, which need not be
-/// in memory.
+/// Writes 8 bits per channel, with one pixel of `pixels` for each pixel of the size, row by row
+/// from the top left. The pixels need not be in memory.
 ///
 /// # Errors
 ///
@@ -48,16 +48,16 @@ pub fn write_pixels(
     atomic::write_bytes(path, &bytes.map_err(|problem| problem.at(path))?)
 }
 
-/// The bytes of a PNG file.
+/// Encodes an image as a PNG file.
 ///
 /// # Errors
 ///
-/// As for [`write()`], but for the file system.
+/// As for [`write()`], except errors of the file system.
 pub fn encode(image: &RgbImage, depth: Depth, tone: Tone) -> Result<Vec<u8>, Problem> {
     encode_described(image, depth, tone, &[])
 }
 
-/// The same with texts about the image: their names, and what they say.
+/// Encodes an image with texts about it: names and contents.
 pub(super) fn encode_described(
     image: &RgbImage,
     depth: Depth,
@@ -116,7 +116,7 @@ fn encode_pixels(
     Ok(bytes)
 }
 
-/// What was done to the values before they were encoded.
+/// Returns texts that describe the changes of the values before encoding.
 fn texts(tone: Tone) -> Vec<(&'static str, String)> {
     let mut texts = Vec::new();
     if tone.exposure != 0.0 {
@@ -135,16 +135,16 @@ fn mismatch([width, height]: [usize; 2], found: usize) -> Problem {
     }
 }
 
-/// Reads an image and makes its values linear; they are in [0, 1]. Transparency is dropped.
+/// Reads an image and converts its values to linear values in [0, 1]. Transparency is dropped.
 ///
 /// # Errors
 ///
-/// A file that cannot be read or is no valid PNG file.
+/// A file that cannot be read or is not a valid PNG file.
 pub fn read(path: &Path) -> Result<RgbImage, FileError> {
     read_within(path, Limits::default())
 }
 
-/// As [`read`], of a file that may take so much memory.
+/// Reads a file within a limit of memory, as [`read`].
 ///
 /// # Errors
 ///
@@ -153,7 +153,8 @@ pub fn read_within(path: &Path, limits: Limits) -> Result<RgbImage, FileError> {
     super::encoded::read(path, (ImageFormat::Png, "PNG"), limits)
 }
 
-/// As [`read_within`], with the values that the image had before the tone of which its texts tell; those that it cut off stay so.
+/// Reads a file as [`read_within`], and undoes the tone that its texts state. Values that the tone
+/// clipped stay clipped.
 ///
 /// # Errors
 ///
@@ -168,10 +169,10 @@ pub(super) fn read_untoned(path: &Path, limits: Limits) -> Result<RgbImage, File
     Ok(image)
 }
 
-/// No picture is shown with more: its values would not fit into single precision.
+/// Largest accepted exposure, in stops: larger exposures exceed single precision.
 const MOST_STOPS: f64 = 100.0;
 
-/// What was done to the values of a file, as its [texts] say.
+/// Returns the tone of a file, from its [texts].
 fn tone(bytes: &[u8]) -> Tone {
     let Ok(reader) = Decoder::new(Cursor::new(bytes)).read_info() else {
         return Tone::default();
@@ -202,7 +203,7 @@ pub fn decode(bytes: &[u8]) -> Result<RgbImage, Problem> {
     decode_within(bytes, Limits::default())
 }
 
-/// As [`decode`], of a file that may take so much memory.
+/// Reads an image from the bytes of a file within a limit of memory, as [`decode`].
 ///
 /// # Errors
 ///

@@ -1,36 +1,37 @@
-//! From linear values to what a screen shows.
+//! Conversion of linear values to values for a screen.
 
 use super::{ImageLayers, RgbImage};
 use crate::colour::srgb_from_linear;
 
-/// How linear values become those of a screen.
+/// Exposure and curve that convert linear values for a screen.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tone {
-    /// Values are multiplied by two to this power.
+    /// Exposure in stops: values are multiplied by two to this power.
     pub exposure: f64,
-    /// What happens to bright values.
+    /// Curve for bright values.
     pub curve: Curve,
 }
 
-/// What happens to bright values.
+/// Curve for bright values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Curve {
-    /// They are cut off at 1.
+    /// Values are clipped at 1.
     #[default]
     Srgb,
-    /// They are compressed, as by photographic film, so that 5.6 becomes white, and dark ones are darkened: the
-    /// curve of J. Hable, "Uncharted 2: HDR Lighting", Game Developers Conference 2010. It acts on each channel.
+    /// Values are compressed, as by photographic film, so that 5.6 becomes white and dark values
+    /// become darker: the curve of J. Hable, "Uncharted 2: HDR Lighting", Game Developers
+    /// Conference 2010. It acts on each channel.
     Filmic,
 }
 
 impl Curve {
-    /// Names of all.
+    /// Names of all curves.
     pub const NAMES: [(&'static str, Curve); 2] = [
         (Curve::Srgb.name(), Curve::Srgb),
         (Curve::Filmic.name(), Curve::Filmic),
     ];
 
-    /// Its name.
+    /// Returns the name of the curve.
     pub const fn name(self) -> &'static str {
         match self {
             Curve::Srgb => "srgb",
@@ -40,7 +41,7 @@ impl Curve {
 }
 
 impl Tone {
-    /// The value in sRGB, in [0, 1]; zero for NaN.
+    /// Returns the value in sRGB, in [0, 1]; zero for NaN.
     pub fn encode(self, value: f32) -> f64 {
         let value = f64::from(value) * self.exposure.exp2();
         let value = match self.curve {
@@ -53,7 +54,7 @@ impl Tone {
 }
 
 impl Tone {
-    /// The linear value of which an encoded one was made, given that made linear.
+    /// Restores the linear value from an encoded value that was converted to linear.
     pub(super) fn undo(self, shown: f32) -> f32 {
         let shown = f64::from(shown);
         let value = match self.curve {
@@ -64,22 +65,23 @@ impl Tone {
     }
 }
 
-/// Linear value that becomes white, and the gain that goes with the curve, as its author gives them.
+/// Linear value that becomes white, and the gain of the curve, as its author gives them.
 const WHITE: f64 = 11.2;
 const GAIN: f64 = 2.0;
 
 fn filmic(value: f64) -> f64 {
-    // Beyond white nothing is told apart; the curve itself would end in ∞/∞.
+    // Clip at white: the curve itself would end in ∞/∞.
     let value = (GAIN * value).clamp(0.0, WHITE);
     hable(value) / hable(WHITE)
 }
 
-/// Shoulder strength 0.15, linear strength 0.5, linear angle 0.1, toe strength 0.2, toe 0.02/0.3.
+/// Evaluates the curve with shoulder strength 0.15, linear strength 0.5, linear angle 0.1, toe
+/// strength 0.2, toe 0.02/0.3.
 fn hable(x: f64) -> f64 {
     (x * (0.15 * x + 0.1 * 0.5) + 0.2 * 0.02) / (x * (0.15 * x + 0.5) + 0.2 * 0.3) - 0.02 / 0.3
 }
 
-/// The inverse of [`filmic`], in [0, 1]: a root of a quadratic equation.
+/// Inverts [`filmic`], in [0, 1]: a root of a quadratic equation.
 fn unfilmed(shown: f64) -> f64 {
     let y = shown * hable(WHITE) + 0.02 / 0.3;
     let (a, b, c) = (
@@ -92,8 +94,8 @@ fn unfilmed(shown: f64) -> f64 {
 }
 
 impl ImageLayers {
-    /// What a screen shows of the main layer: its colours, be they from wavelengths, or the mean of its channels
-    /// in grey if these tell no colours. `None` without a main layer.
+    /// Returns the main layer for a screen: its colours, also from wavelengths, or the mean of its
+    /// channels in grey if they do not determine colours. `None` without a main layer.
     pub fn on_screen(&self) -> Option<RgbImage> {
         let coloured = self.rgb().or_else(|| self.spectral_rgb());
         coloured.or_else(|| {
@@ -115,7 +117,8 @@ impl ImageLayers {
 mod tests {
     use super::*;
 
-    /// The author's curve, computed elsewhere from his constants: middle grey, one, and white.
+    /// Compares with the author's curve, computed independently from his constants: middle grey,
+    /// one, and white.
     #[test]
     fn filmic_goes_through_known_points() {
         for (value, expected) in [(0.0, 0.0), (0.18, 0.128_338), (1.0, 0.492_919), (5.6, 1.0)] {

@@ -1,18 +1,20 @@
-//! Quantities of the vertices and faces of a mesh, by the names that Mitsuba 3 gives those of PLY files.
+//! Quantities of the vertices and faces of a mesh, with the names that Mitsuba 3 gives to
+//! quantities of PLY files.
 
-/// A quantity of all vertices, or of all triangles, of a mesh.
+/// Quantity of all vertices, or of all triangles, of a mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshAttribute {
-    /// Its name, which begins with `vertex_` or `face_`.
+    /// Name of the attribute, which begins with `vertex_` or `face_`.
     pub name: String,
-    /// Whether it has one channel, which is three times in `values`; it has three otherwise.
+    /// True if the attribute has one channel, which is three times in `values`; false if it has
+    /// three channels.
     pub is_number: bool,
-    /// Its values, as many as there are vertices, or triangles.
+    /// Values of all vertices, or of all triangles.
     pub values: Vec<[f32; 3]>,
 }
 
 impl MeshAttribute {
-    /// Colours.
+    /// Makes an attribute of colours.
     pub fn colours(name: &str, values: Vec<[f32; 3]>) -> Self {
         MeshAttribute {
             name: name.to_owned(),
@@ -21,28 +23,29 @@ impl MeshAttribute {
         }
     }
 
-    /// Whether there is a value for each triangle, not for each vertex.
+    /// Returns true if there is a value for each triangle, false if for each vertex.
     pub fn is_of_faces(&self) -> bool {
         self.name.starts_with("face_")
     }
 }
 
-/// Letters by which channels follow one another in names such as `velocity_x`.
+/// Suffixes of successive channels in names such as `velocity_x`.
 const SCHEMES: [&str; 4] = ["xyzw", "rgba", "0123", "1234"];
-/// Those of colours.
+/// Suffixes of colour channels.
 const OF_COLOURS: &str = "rgba";
 
-/// Neighbouring properties of an element that are channels of one quantity.
+/// Adjacent properties of an element that are channels of one quantity.
 pub(super) struct Channels {
-    /// The attribute's name.
+    /// Name of the attribute.
     pub name: String,
-    /// Place of the first among the properties.
+    /// Index of the first channel among the properties.
     pub first: usize,
-    /// How many there are.
+    /// Number of channels.
     pub count: usize,
 }
 
-/// The quantities of one or three channels among properties, in their order; `kind` is `vertex` or `face`.
+/// Returns the quantities of one or three channels among properties, in their order; `kind` is
+/// `vertex` or `face`.
 pub(super) fn grouped(kind: &str, properties: &[&str]) -> Vec<Channels> {
     let mut groups: Vec<Channels> = Vec::new();
     let mut k = 0;
@@ -67,7 +70,8 @@ pub(super) fn grouped(kind: &str, properties: &[&str]) -> Vec<Channels> {
     groups
 }
 
-/// The prefix of a property that is the first channel of a quantity, and how the others are called.
+/// Returns the prefix of a property that is the first channel of a quantity, and the suffixes of
+/// the channels.
 fn first_of(property: &str) -> Option<(&str, &'static str)> {
     let (prefix, letter) = property.rsplit_once('_')?;
     let scheme = SCHEMES.iter().find(|s| s.get(..1) == Some(letter))?;

@@ -1,4 +1,4 @@
-//! What both mesh formats check.
+//! Checks of meshes of all formats.
 
 use glam::DVec3;
 
@@ -12,7 +12,7 @@ pub(super) fn fan(triangles: &mut Vec<[u32; 3]>, polygon: &[u32]) {
     }
 }
 
-/// Refuses a position that is not finite.
+/// Returns a position; an error if it is not finite.
 pub(super) fn check_position(position: DVec3, index: usize) -> Result<DVec3, Problem> {
     match position.to_array().into_iter().find(|v| !v.is_finite()) {
         Some(value) => Err(Problem::NotFinite {
@@ -23,7 +23,7 @@ pub(super) fn check_position(position: DVec3, index: usize) -> Result<DVec3, Pro
     }
 }
 
-/// Refuses a mesh without triangles.
+/// Returns a mesh; an error if it has no triangles.
 pub(super) fn check_mesh(mesh: MeshData) -> Result<MeshData, Problem> {
     if mesh.triangles.is_empty() {
         return Err(Problem::Empty("the mesh has no faces".to_owned()));

@@ -1,7 +1,8 @@
-//! Curves with a thickness, as triangles: tubes along cubic B-splines, and balls that are swept along lines.
+//! Curves with a thickness, as triangles: tubes along cubic B-splines, and balls swept along lines.
 //!
-//! Sides of tubes are polygons whose mean width is that of the circle. Normals are those of the curves. Circles of tubes are off by at most 0.6 % of the
-//! radius and those of balls by 1.5 %; by 10 % and 20 % if there are many pieces.
+//! Cross sections of tubes are polygons with the mean width of the circle. Normals belong to the
+//! exact surfaces. Circles of tubes deviate by at most 0.6 % of the radius, and circles of balls by
+//! 1.5 %; with many pieces, by 10 % and 20 %.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::path::Path;
@@ -12,21 +13,21 @@ use super::MeshData;
 use crate::error::{FileError, Problem};
 use crate::input::{self, Limits};
 
-/// A point that a curve follows.
+/// Control point of a curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ControlPoint {
-    /// Where it is.
+    /// Position of the point.
     pub position: DVec3,
     /// Radius of the tube, ≥ 0.
     pub radius: f64,
 }
 
-/// Into how many triangles a piece of a curve is cut.
+/// Numbers of triangles per piece of a curve.
 #[derive(Clone, Copy)]
 struct Fineness {
-    /// Around a tube.
+    /// Number of sides around a tube.
     sides: usize,
-    /// Along a piece of a spline, and from a pole of a ball to the other.
+    /// Number of steps along a piece of a spline, and from pole to pole of a ball.
     steps: usize,
 }
 
@@ -37,7 +38,7 @@ impl Fineness {
     };
     const COARSE: Self = Fineness { sides: 6, steps: 4 };
 
-    /// That for so many pieces.
+    /// Returns the fineness for a number of pieces.
     fn of(pieces: usize) -> Self {
         if pieces <= MOST_FINE {
             Self::FINE
@@ -46,27 +47,28 @@ impl Fineness {
         }
     }
 
-    /// Circumradius of a polygon over the radius of a circle of the same mean width.
+    /// Returns the circumradius of a polygon, relative to the radius of a circle of equal mean
+    /// width.
     fn circumradius(self) -> f64 {
         let half = PI / self.sides as f64;
         half / half.sin()
     }
 }
 
-/// Pieces of curves of which there are more are coarse.
+/// Maximum number of pieces that are divided finely.
 const MOST_FINE: usize = 10_000;
-/// Bytes that a control point takes at most while its piece is made.
+/// Maximum memory for a control point while its piece is made, in bytes.
 const POINT: u64 = 2_000;
-/// Points that a piece of each kind takes.
+/// Minimum number of control points of a piece of each kind.
 const SPLINE: usize = 4;
 const LINE: usize = 2;
 
-/// Reads curves: a control point in each line, x, y, z and radius; empty lines between curves.
+/// Reads curves: a control point per line, x, y, z and radius; empty lines separate curves.
 ///
 /// # Errors
 ///
-/// A file that cannot be read or has no points, and, with their line, numbers that are none, not finite, or a radius
-/// below 0.
+/// A file that cannot be read or has no points. With their line: numbers that are invalid or not
+/// finite, or a radius below 0.
 pub fn read(path: &Path, limits: Limits) -> Result<Vec<Vec<ControlPoint>>, FileError> {
     let bytes = input::read(path)?;
     parse(&bytes, limits).map_err(|(problem, line)| FileError {
@@ -76,7 +78,7 @@ pub fn read(path: &Path, limits: Limits) -> Result<Vec<Vec<ControlPoint>>, FileE
     })
 }
 
-/// Reads curves from the bytes of a file. The error comes with its line.
+/// Reads curves from the bytes of a file. Errors have a line number.
 ///
 /// # Errors
 ///
@@ -130,7 +132,7 @@ fn point(line: &str) -> Result<ControlPoint, Problem> {
     }
 }
 
-/// Curves elsewhere: transforms move control points and leave radii as they are.
+/// Transforms curves. Control points move, and radii do not change.
 pub fn moved(mut curves: Vec<Vec<ControlPoint>>, map: DAffine3) -> Vec<Vec<ControlPoint>> {
     for point in curves.iter_mut().flatten() {
         point.position = map.transform_point3(point.position);
@@ -138,11 +140,12 @@ pub fn moved(mut curves: Vec<Vec<ControlPoint>>, map: DAffine3) -> Vec<Vec<Contr
     curves
 }
 
-/// Open tubes along uniform cubic B-splines. u runs around, v along all curves, one after the other.
+/// Makes open tubes along uniform cubic B-splines. u runs around each tube, v along all curves in
+/// sequence.
 ///
 /// # Errors
 ///
-/// If a curve has fewer than four points.
+/// A curve with fewer than four points.
 pub fn splines(curves: &[Vec<ControlPoint>]) -> Result<MeshData, Problem> {
     check(curves, SPLINE)?;
     let fineness = Fineness::of(pieces(curves, SPLINE));
@@ -176,11 +179,11 @@ pub fn splines(curves: &[Vec<ControlPoint>]) -> Result<MeshData, Problem> {
     Ok(mesh)
 }
 
-/// Balls that are swept along lines between control points.
+/// Makes balls that are swept along lines between control points.
 ///
 /// # Errors
 ///
-/// If a curve has fewer than two points.
+/// A curve with fewer than two points.
 pub fn lines(curves: &[Vec<ControlPoint>]) -> Result<MeshData, Problem> {
     check(curves, LINE)?;
     let fineness = Fineness::of(pieces(curves, LINE));
@@ -214,7 +217,8 @@ fn pieces(curves: &[Vec<ControlPoint>], least: usize) -> usize {
     curves.iter().map(|c| c.len() + 1 - least).sum()
 }
 
-/// The point of a piece at t in [0, 1], the unit tangent, and the growth of the radius per length.
+/// Returns the point of a piece at t in [0, 1], the unit tangent, and the growth of the radius per
+/// length.
 fn on_spline(points: &[ControlPoint], t: f64) -> (ControlPoint, DVec3, f64) {
     let s = 1.0 - t;
     let weights = [
@@ -246,30 +250,32 @@ fn on_spline(points: &[ControlPoint], t: f64) -> (ControlPoint, DVec3, f64) {
     )
 }
 
-/// A unit vector across the tangent, near the one before.
+/// Returns a unit vector perpendicular to the tangent, close to the previous one.
 fn across(tangent: DVec3, before: Option<DVec3>) -> DVec3 {
     let carried = before.and_then(|v| (v - tangent * v.dot(tangent)).try_normalize());
     carried.unwrap_or_else(|| tangent.any_orthonormal_vector())
 }
 
-/// A circle of a surface.
+/// Circle on a surface.
 struct Ring {
     center: DVec3,
-    /// Of the corners of the polygon that stands for it.
+    /// Radius of the corners of the polygon that approximates the circle.
     radius: f64,
-    /// Unit vectors in its plane, which with the direction along the tube are right-handed.
+    /// Unit vectors in the plane of the circle, right-handed with the direction along the tube.
     axes: [DVec3; 2],
     /// Components of the surface's normal away from the centre and along the tube.
     normal: [f64; 2],
     v: f64,
 }
 
-/// A ball at two places and all between: the hull of two balls, which a cone touches.
+/// Makes the hull of two balls and all balls between them: two caps and the cone that touches the
+/// balls.
 fn swept([a, b]: [ControlPoint; 2], v: [f64; 2], mesh: &mut MeshData, fineness: Fineness) {
     let along = b.position - a.position;
     let length = along.length();
     let axis = along.try_normalize().unwrap_or(DVec3::Z);
-    // Sine of the latitude at which the cone touches both; one ball holds the other if there is none.
+    // Compute the sine of the latitude at which the cone touches both balls. Without one, one ball
+    // contains the other.
     let sine = (a.radius - b.radius) / length;
     let touching = if sine.abs() < 1.0 {
         sine.asin()
@@ -303,10 +309,10 @@ fn swept([a, b]: [ControlPoint; 2], v: [f64; 2], mesh: &mut MeshData, fineness: 
     tube(mesh, below.chain(above).collect(), fineness);
 }
 
-/// Joins rings, in the order in which they lie along a tube.
+/// Connects rings, in their order along a tube.
 fn tube(mesh: &mut MeshData, rings: Vec<Ring>, fineness: Fineness) {
     let first = mesh.positions.len() as u32;
-    // The last corner of a ring is the first again, with another u.
+    // Repeat the first corner of a ring at its end, with another u.
     let corners = fineness.sides as u32 + 1;
     for ring in &rings {
         let [away, along] = ring.normal;

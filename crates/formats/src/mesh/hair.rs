@@ -8,25 +8,26 @@ use super::curves::ControlPoint;
 use crate::error::{FileError, Problem};
 use crate::input::{self, Limits};
 
-/// What binary files begin with.
+/// Beginning of binary files.
 const MAGIC: &[u8] = b"BINARY_HAIR";
-/// Bytes that a point takes at most while its piece of a tube is made.
+/// Maximum memory for a point while its piece of a tube is made, in bytes.
 const POINT: u64 = 2_000;
 
-/// Points of strands, one strand after the other.
+/// Points of strands, strand after strand.
 struct Strands {
     strands: Vec<Vec<DVec3>>,
     count: u64,
     most: u64,
 }
 
-/// Reads strands: a point in each line, x, y and z, and empty lines between strands; or the header `BINARY_HAIR`, a number of
-/// points (32 bits) and the points in single precision, little-endian, with +∞ before the first point of a strand.
+/// Reads strands. Text files have a point in each line, x, y and z, and empty lines between
+/// strands. Binary files have the header `BINARY_HAIR`, a number of points (32 bits) and the points
+/// in single precision, little-endian, with +∞ before the first point of a strand.
 ///
 /// # Errors
 ///
-/// A file that cannot be read, has no strand of two points, or has another number of points than it says, and points that
-/// are not finite.
+/// A file that cannot be read, has no strand of two points, or has another number of points than it
+/// states, and points that are not finite.
 pub fn read(path: &Path, limits: Limits) -> Result<Vec<Vec<DVec3>>, FileError> {
     let bytes = input::read(path)?;
     parse(&bytes, limits).map_err(|(problem, line)| FileError {
@@ -36,7 +37,7 @@ pub fn read(path: &Path, limits: Limits) -> Result<Vec<Vec<DVec3>>, FileError> {
     })
 }
 
-/// Reads strands from the bytes of a file. The error comes with its line, if it has one.
+/// Reads strands from the bytes of a file. Errors have a line number if there is one.
 ///
 /// # Errors
 ///
@@ -58,7 +59,7 @@ pub fn parse(bytes: &[u8], limits: Limits) -> Result<Vec<Vec<DVec3>>, (Problem, 
     Ok(strands.strands)
 }
 
-/// Strands with a radius.
+/// Makes curves of strands, with a constant radius.
 pub fn with_radius(strands: Vec<Vec<DVec3>>, radius: f64) -> Vec<Vec<ControlPoint>> {
     let point = |position| ControlPoint { position, radius };
     let curves = strands.into_iter();
@@ -72,7 +73,7 @@ impl Strands {
         self.strands.push(Vec::new());
     }
 
-    /// Adds a point to the last strand, unless it is where the one before is.
+    /// Adds a point to the last strand, unless it equals the previous point.
     fn add(&mut self, point: DVec3) -> Result<(), Problem> {
         if !point.is_finite() {
             return Err(Problem::Malformed("a point is not finite".into()));

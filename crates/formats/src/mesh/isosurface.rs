@@ -1,7 +1,8 @@
-//! Triangles where a trilinear function on a grid is zero.
+//! Triangles of the zero surface of a trilinear function on a grid.
 //!
-//! Each cell is cut into six tetrahedra around a diagonal. Vertices lie on their edges, exactly where the function is
-//! zero; triangles between them leave it by the square of the size of a cell.
+//! Each cell is divided into six tetrahedra around a diagonal. Vertices lie on the edges of
+//! tetrahedra, exactly where the function is zero. The deviation of triangles between them is
+//! proportional to the square of the cell size.
 
 use std::collections::HashMap;
 
@@ -11,7 +12,7 @@ use super::MeshData;
 use super::build::check_mesh;
 use crate::error::Problem;
 
-/// Corners of the tetrahedra of a cell: bit k of a corner's number is its place along axis k.
+/// Corners of the tetrahedra of a cell: bit k of a corner's number is its position along axis k.
 const TETRAHEDRA: [[usize; 4]; 6] = [
     [0, 1, 3, 7],
     [0, 3, 2, 7],
@@ -20,25 +21,25 @@ const TETRAHEDRA: [[usize; 4]; 6] = [
     [0, 4, 5, 7],
     [0, 5, 1, 7],
 ];
-/// Halvings of an edge.
+/// Number of bisections of an edge.
 const HALVINGS: usize = 40;
 
-/// Values on the nodes of a grid over the cube [0, 1]³, x running fastest.
+/// Values at the nodes of a grid over the cube [0, 1]³, x fastest.
 #[derive(Clone, Copy, Debug)]
 pub struct Distances<'a> {
-    /// Nodes along x, y and z.
+    /// Numbers of nodes along x, y and z.
     pub size: [usize; 3],
     /// Values, negative inside.
     pub values: &'a [f64],
 }
 
 impl Distances<'_> {
-    /// The surface, seen from where values are positive. Its texture coordinates are 0.
+    /// Returns the surface; its front side has positive values. Its texture coordinates are 0.
     ///
     /// # Errors
     ///
-    /// Fewer than two nodes along an axis, as many values as the size does not say, values that are not finite, or none
-    /// with a neighbour of the other sign.
+    /// Fewer than two nodes along an axis, a number of values that does not match the size, values
+    /// that are not finite, or no neighbours of opposite sign.
     pub fn surface(&self) -> Result<MeshData, Problem> {
         let [nx, ny, nz] = self.size;
         let expected = nx.checked_mul(ny).and_then(|n| n.checked_mul(nz));
@@ -66,13 +67,13 @@ impl Distances<'_> {
                 }
             }
         }
-        // One point of a texture counts all over, as in Mitsuba.
+        // Use one point of a texture everywhere, as in Mitsuba.
         let uvs = vec![[0.0; 2]; builder.mesh.positions.len()];
         builder.mesh.uvs = Some(uvs);
         check_mesh(builder.mesh)
     }
 
-    /// The number of a corner of the cell at a node.
+    /// Returns the index of the node at a corner of a cell.
     fn node(&self, cell: [usize; 3], corner: usize) -> usize {
         let [x, y, z] = [0, 1, 2].map(|k| cell[k] + (corner >> k & 1));
         (z * self.size[1] + y) * self.size[0] + x
@@ -82,7 +83,7 @@ impl Distances<'_> {
 struct Builder<'a> {
     distances: Distances<'a>,
     mesh: MeshData,
-    /// Vertices by the nodes between which they are.
+    /// Vertices by the nodes of their edges.
     vertices: HashMap<[usize; 2], u32>,
 }
 
@@ -124,7 +125,7 @@ impl Builder<'_> {
     fn triangle(&mut self, corners: [u32; 3], outward: DVec3) {
         let [a, b, c] = corners;
         let [p, q, r] = corners.map(|i| self.mesh.positions[i as usize]);
-        // Cells need not be cubes: directions are compared in cells.
+        // Compare directions in units of cells, which need not be cubes.
         let cells = DVec3::from_array(self.distances.size.map(|n| (n - 1) as f64));
         let normal = ((q - p) * cells).cross((r - p) * cells);
         let turned = normal.dot(outward) < 0.0;
@@ -133,7 +134,7 @@ impl Builder<'_> {
             .push(if turned { [a, c, b] } else { [a, b, c] });
     }
 
-    /// The vertex on the edge between two corners of a cell, of which the first is inside.
+    /// Returns the vertex on the edge between two corners of a cell, of which the first is inside.
     fn vertex(&mut self, cell: [usize; 3], values: &[f64; 8], ends: [usize; 2]) -> u32 {
         let grid = self.distances;
         let mut key = ends.map(|corner| grid.node(cell, corner));
@@ -158,7 +159,7 @@ impl Builder<'_> {
     }
 }
 
-/// Where a corner is in its cell.
+/// Returns the position of a corner in its cell.
 fn place(corner: usize) -> DVec3 {
     DVec3::from_array([0, 1, 2].map(|k| (corner >> k & 1) as f64))
 }

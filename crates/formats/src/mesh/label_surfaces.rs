@@ -1,43 +1,45 @@
 //! Smooth surfaces between voxels of different labels.
 //!
-//! The mesh has a vertex for each corner of voxels where labels meet and a quadrilateral for each face between two of them. The vertices
-//! are relaxed towards their neighbours, each within half a voxel of its corner (S. F. F.
-//! Gibson, "Constrained elastic surface nets", MICCAI 1998; several labels: S. F. Frisken, "SurfaceNets for multi-label segmentations
-//! with preservation of sharp boundaries", JCGT 2022). So surfaces of different labels meet without gaps.
+//! The mesh has a vertex for each corner of voxels where labels meet, and a quadrilateral for each
+//! face between two labels. The vertices are relaxed towards their neighbours, each within half a
+//! voxel of its corner (S. F. F. Gibson, "Constrained elastic surface nets", MICCAI 1998; several
+//! labels: S. F. Frisken, "SurfaceNets for multi-label segmentations with preservation of sharp
+//! boundaries", JCGT 2022). Surfaces of different labels therefore meet without gaps.
 
 use super::MeshData;
 use glam::DVec3;
 use std::collections::BTreeMap;
 
-/// How far vertices move towards the mean of their neighbours in each of two steps in turn: those away from it keep volumes from
-/// shrinking (G. Taubin, "A signal processing approach to fair surface design", SIGGRAPH 1995).
+/// Fractions of the distance to the mean of its neighbours by which a vertex moves in two
+/// alternating steps. The step away from the mean prevents shrinkage of volumes (G. Taubin, "A
+/// signal processing approach to fair surface design", SIGGRAPH 1995).
 const SHARES: [f64; 2] = [0.6, -0.61];
-/// Times that both steps are taken.
+/// Number of repetitions of both steps.
 const TURNS: usize = 30;
-/// How far a vertex may be from the corner that it stands for, in voxels along each axis: less than half, so that triangles keep
-/// an area.
+/// Largest distance of a vertex from its corner, in voxels along each axis: less than half, so that
+/// triangles keep an area.
 const REACH: f64 = 0.49;
 
-/// Parts into which a volume is divided.
+/// Division of a volume into parts.
 #[derive(Clone, Copy, Debug)]
 pub struct Division<'a> {
     /// Number of voxels along x, y, z.
     pub size: [usize; 3],
-    /// The part of each voxel, x fastest; 0 is outside, as is what lies beyond the volume.
+    /// Part of each voxel, x fastest. Part 0 is the outside, as is everything beyond the volume.
     pub parts: &'a [u8],
 }
 
 /// The surface between two parts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PartSurface {
-    /// The part behind its normals, and the smaller one before them.
+    /// Part behind the normals, and the smaller part in front of them.
     pub parts: [u8; 2],
-    /// The triangles, in coordinates of the unit cube.
+    /// Triangles, in coordinates of the unit cube.
     pub mesh: MeshData,
 }
 
 impl Division<'_> {
-    /// The surfaces between all parts that touch.
+    /// Returns the surfaces between all parts that touch.
     pub fn surfaces(&self) -> Vec<PartSurface> {
         let faces = self.faces();
         let positions = self.relaxed(&faces);
@@ -49,7 +51,8 @@ impl Division<'_> {
         surfaces.collect()
     }
 
-    /// The faces between each two parts, as corners counter-clockwise when seen from the smaller part.
+    /// Returns the faces between each pair of parts, with corners counter-clockwise as seen from
+    /// the smaller part.
     fn faces(&self) -> BTreeMap<[u8; 2], Vec<[u32; 4]>> {
         let [nx, ny, nz] = self.size;
         let mut faces: BTreeMap<[u8; 2], Vec<[u32; 4]>> = BTreeMap::new();
@@ -85,7 +88,8 @@ impl Division<'_> {
         faces
     }
 
-    /// The corners of the face below a voxel across an axis; its normal points up the axis, or down.
+    /// Returns the corners of the face below a voxel across an axis. The normal points along the
+    /// axis if `up` is true, else against it.
     fn face(&self, place: [usize; 3], axis: usize, up: bool) -> [u32; 4] {
         let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
         let corner = |du: usize, dv: usize| {
@@ -103,7 +107,7 @@ impl Division<'_> {
         }
     }
 
-    /// A corner's place, in voxels.
+    /// Returns the position of a corner, in voxels.
     fn corner(&self, corner: u32) -> DVec3 {
         let (cx, cy) = (self.size[0] + 1, self.size[1] + 1);
         let corner = corner as usize;
@@ -118,7 +122,8 @@ impl Division<'_> {
         position / DVec3::from_array(self.size.map(|n| n as f64))
     }
 
-    /// The places of all vertices after relaxation, in voxels. On the sides of the volume they stay there.
+    /// Returns the positions of all vertices after relaxation, in voxels. Vertices on the sides of
+    /// the volume stay there.
     fn relaxed(&self, faces: &BTreeMap<[u8; 2], Vec<[u32; 4]>>) -> BTreeMap<u32, DVec3> {
         let mut neighbours: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
         for quad in faces.values().flatten() {
@@ -155,7 +160,7 @@ impl Division<'_> {
         corners.into_iter().zip(places).collect()
     }
 
-    /// The allowed place nearest to one that a vertex would have.
+    /// Clamps the position of a vertex to its allowed range.
     fn held(&self, home: DVec3, place: DVec3) -> DVec3 {
         let last = DVec3::from_array(self.size.map(|n| n as f64));
         let axis = |home: f64, place: f64, last: f64| {
@@ -173,7 +178,7 @@ impl Division<'_> {
     }
 }
 
-/// The triangles of quadrilaterals, which are cut along their shorter diagonals.
+/// Makes triangles from quadrilaterals, which are divided along their shorter diagonals.
 fn mesh(quads: &[[u32; 4]], place: impl Fn(u32) -> DVec3) -> MeshData {
     let mut corners: Vec<u32> = quads.iter().flatten().copied().collect();
     corners.sort_unstable();
@@ -208,7 +213,7 @@ mod tests {
         mesh.triangles.iter().map(cone).sum()
     }
 
-    /// A ball of part 1 whose lower half has part 2, in `n`³ voxels.
+    /// Makes a ball of part 1 whose lower half has part 2, in `n`³ voxels.
     fn halves(n: usize, radius: f64) -> Vec<u8> {
         let part = |i: usize| {
             let at = |i: usize| i as f64 + 0.5 - 0.5 * n as f64;
@@ -224,8 +229,8 @@ mod tests {
         (0..n * n * n).map(part).collect()
     }
 
-    /// The smooth surface of a ball has the volume of its voxels, and normals that are 7° off in the root of the mean square. Both halves
-    /// share the vertices between them.
+    /// Checks that the smooth surface of a ball has the volume of its voxels, and normals with a
+    /// root mean square error of 7°. Both halves share the vertices between them.
     #[test]
     fn smooth_surfaces_are_round_and_without_gaps() {
         let (n, radius) = (26, 10.0);
@@ -237,7 +242,7 @@ mod tests {
         let surfaces = division.surfaces();
         let pairs: Vec<_> = surfaces.iter().map(|s| s.parts).collect();
         assert_eq!(pairs, [[1, 0], [2, 0], [2, 1]]);
-        // The normal of the third points out of part 2, into part 1.
+        // Expect the third normal to point out of part 2, into part 1.
         let [one, two, between] = [0, 1, 2].map(|i| volume(&surfaces[i].mesh));
         let voxels = parts.iter().filter(|p| **p != 0).count() as f64 / n.pow(3) as f64;
         let change = (one + two) / voxels - 1.0;
@@ -250,7 +255,8 @@ mod tests {
         assert!(error < 0.14, "{error}");
     }
 
-    /// Angle between normals and those of a ball around the centre, root of the mean square over the area.
+    /// Returns the root mean square angle over the area between normals and the normals of a ball
+    /// around the centre.
     fn error_of_normals(surfaces: &[PartSurface]) -> f64 {
         let (mut square, mut area) = (0.0, 0.0);
         for surface in surfaces {

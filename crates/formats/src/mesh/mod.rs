@@ -23,22 +23,23 @@ use crate::input::Limits;
 pub use attributes::MeshAttribute;
 pub use tensors::Tensors;
 
-/// A triangle mesh. Every index names a vertex, and positions are finite.
+/// Triangle mesh. All indices are valid, and positions are finite.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MeshData {
     /// Positions of the vertices.
     pub positions: Vec<DVec3>,
-    /// Three vertices for each triangle, counter-clockwise when seen from its front.
+    /// Three vertices for each triangle, counter-clockwise as seen from its front.
     pub triangles: Vec<[u32; 3]>,
-    /// Texture coordinates of the vertices; zero where there are none.
+    /// Texture coordinates of the vertices; zero for vertices without any.
     pub uvs: Option<Vec<[f64; 2]>>,
-    /// The vertices that have none, where others have some.
+    /// Vertices without texture coordinates, if other vertices have some.
     pub without_uvs: Vec<u32>,
-    /// Normals of the vertices, of any length; zero where there is none.
+    /// Normals of the vertices, of any length; zero for vertices without any.
     pub normals: Option<Vec<DVec3>>,
-    /// Of which vertex each is a copy, or itself: seams of texture coordinates have split those that a file has as one.
+    /// Original of each vertex, which may be the vertex itself: seams of texture coordinates split
+    /// vertices of the file.
     pub originals: Option<Vec<u32>>,
-    /// How many faces were left out because they have fewer than three corners.
+    /// Number of faces that were skipped because they have fewer than three corners.
     pub skipped_faces: usize,
     /// Linear colours of the vertices.
     pub colours: Option<Vec<[f32; 3]>>,
@@ -58,7 +59,7 @@ impl MeshData {
         Self::read_within(path, Limits::default())
     }
 
-    /// As [`MeshData::read`], of a file that may take so much memory.
+    /// Reads a file within a limit of memory, as [`MeshData::read`].
     ///
     /// # Errors
     ///

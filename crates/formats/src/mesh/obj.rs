@@ -1,7 +1,7 @@
 //! Wavefront OBJ: vertices, their colours, normals and texture coordinates, and faces.
 //!
-//! Materials, groups and smoothing are passed over: a mesh is geometry here. Errors name
-//! the line, which off-the-shelf readers do not.
+//! Materials, groups and smoothing are ignored: a mesh is geometry here. Errors name the line,
+//! which existing crates for OBJ do not.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -13,19 +13,20 @@ use super::build::{check_mesh, check_position, fan};
 use crate::error::{FileError, Problem};
 use crate::input::{self, Limits};
 
-/// Bytes that each of these takes at most while a file is read.
+/// Maximum memory for each of these items while reading, in bytes.
 const POSITION: u64 = 80;
 const UV: u64 = 32;
 const NORMAL: u64 = 48;
 const VERTEX: u64 = 240;
 const TRIANGLE: u64 = 24;
 
-/// Reads a mesh; all objects of the file together.
+/// Reads a mesh from all objects of a file.
 ///
 /// # Errors
 ///
-/// A file that cannot be read or has no faces, and, with their line, numbers that are none,
-/// positions that are not finite, and faces with indices out of range. Faces of fewer than three corners are left out.
+/// A file that cannot be read or has no faces. With their line: invalid numbers, positions that are
+/// not finite, and faces with indices out of range. Faces with fewer than three corners are
+/// skipped.
 pub fn read(path: &Path, limits: Limits) -> Result<MeshData, FileError> {
     let bytes = input::read(path)?;
     parse(&bytes, limits).map_err(|(problem, line)| FileError {
@@ -35,13 +36,14 @@ pub fn read(path: &Path, limits: Limits) -> Result<MeshData, FileError> {
     })
 }
 
-/// Reads a mesh from the bytes of a file. The error comes with its line.
+/// Reads a mesh from the bytes of a file. Errors have a line number.
 ///
 /// # Errors
 ///
 /// As for [`read`].
 pub fn parse(bytes: &[u8], limits: Limits) -> Result<MeshData, (Problem, Option<usize>)> {
-    // Names of materials and objects may be in any encoding; what counts is ASCII.
+    // Decode leniently: names of materials and objects may have any encoding, and the rest is
+    // ASCII.
     let text = String::from_utf8_lossy(bytes);
     let mut reader = Reader {
         most: limits.most(bytes.len() as u64),
@@ -49,7 +51,7 @@ pub fn parse(bytes: &[u8], limits: Limits) -> Result<MeshData, (Problem, Option<
     };
     let mut joined = String::new();
     for (index, line) in text.lines().enumerate() {
-        // A backslash at its end joins a line to the next.
+        // Join a line with a trailing backslash to the next line.
         if let Some(part) = line.trim_end().strip_suffix('\\') {
             joined.push_str(part);
             joined.push(' ');
@@ -64,7 +66,7 @@ pub fn parse(bytes: &[u8], limits: Limits) -> Result<MeshData, (Problem, Option<
     reader.finish().map_err(|problem| (problem, None))
 }
 
-/// What a corner of a face names.
+/// Indices of a corner of a face.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 struct Corner {
     position: u32,
@@ -74,14 +76,14 @@ struct Corner {
 
 #[derive(Default)]
 struct Reader {
-    /// Bytes of memory that the file may take.
+    /// Memory that the file may take, in bytes.
     most: u64,
     positions: Vec<DVec3>,
-    /// The colours that follow positions.
+    /// Colours after positions.
     colours: Vec<Option<[f32; 3]>>,
     uvs: Vec<[f64; 2]>,
     normals: Vec<DVec3>,
-    /// The vertices of the mesh.
+    /// Vertices of the mesh.
     vertices: Vec<Corner>,
     numbers: HashMap<Corner, u32>,
     triangles: Vec<[u32; 3]>,
@@ -132,7 +134,7 @@ impl Reader {
         Ok(())
     }
 
-    /// Refuses what takes too much memory, with so many triangles more.
+    /// Checks that the memory is within the limit, including `more` triangles.
     fn check(&self, more: usize) -> Result<(), Problem> {
         let taken = self.positions.len() as u64 * POSITION
             + self.uvs.len() as u64 * UV
@@ -148,7 +150,8 @@ impl Reader {
         }
     }
 
-    /// The mesh's vertex for `position`, `position/uv`, `position//normal` or all three.
+    /// Returns the vertex of the mesh for `position`, `position/uv`, `position//normal` or all
+    /// three.
     fn vertex(&mut self, word: &str) -> Result<u32, Problem> {
         let mut parts = word.split('/');
         let position = index(parts.next().unwrap_or(""), self.positions.len(), "vertex")?;
@@ -204,7 +207,7 @@ impl Reader {
     }
 }
 
-/// What follows a position: a weight, which is of no use here, or a colour.
+/// Parses the numbers after a position: a weight, which is ignored, or a colour.
 fn colour<'w>(mut words: impl Iterator<Item = &'w str>) -> Result<Option<[f32; 3]>, Problem> {
     let rest: Vec<&str> = words.by_ref().take(4).collect();
     if rest.len() < 3 {
@@ -230,7 +233,7 @@ fn number(word: &str) -> Result<f64, Problem> {
         .map_err(|_| Problem::Malformed(format!("'{word}' is not a number")))
 }
 
-/// An index counts from 1, or backwards from -1 for the latest of `count`.
+/// Parses an index. It counts from 1, or backwards from -1 for the latest of `count` items.
 fn index(word: &str, count: usize, what: &str) -> Result<u32, Problem> {
     let malformed = || Problem::Malformed(format!("'{word}' is not an index"));
     let value: i64 = word.parse().map_err(|_| malformed())?;

@@ -1,4 +1,4 @@
-//! PLY, the Stanford triangle format: ASCII and binary of either byte order.
+//! PLY, the Stanford triangle format: ASCII, and binary in either byte order.
 
 use std::io::{BufRead, BufReader, ErrorKind, Seek};
 use std::path::Path;
@@ -15,16 +15,19 @@ use crate::colour::linear_from_srgb;
 use crate::error::{FileError, Problem};
 use crate::input::{self, Limits};
 
-/// Reads a mesh: the positions `x y z`, normals `nx ny nz`,
-/// texture coordinates `u v` or `s t` and colours `r g b`,
-/// `red green blue` or `color_0 color_1 color_2` if there are any, and the faces with colours by the same names and texture
-/// coordinates of their corners, the list `texcoord`. Other
-/// properties such as `weight_0` or `velocity_x velocity_y velocity_z`, of one channel or three, are attributes.
+/// Reads a mesh from a PLY file.
+///
+/// Vertices have positions `x y z` and optionally normals `nx ny nz`, texture coordinates `u v` or
+/// `s t`, and colours `r g b`, `red green blue` or `color_0 color_1 color_2`. Faces may have
+/// colours with these names, and texture coordinates of their corners, the list `texcoord`. Other
+/// properties such as `weight_0` or `velocity_x velocity_y velocity_z`, of one channel or three,
+/// are attributes.
 ///
 /// # Errors
 ///
-/// A file that cannot be read, is no valid PLY file, has no faces, counts that it cannot hold,
-/// positions that are not finite, and faces with indices out of range. Faces of fewer than three corners are left out.
+/// A file that cannot be read, is not a valid PLY file, or has no faces; counts that exceed the
+/// file; positions that are not finite; and faces with indices out of range. Faces with fewer than
+/// three corners are skipped.
 pub fn read(path: &Path, limits: Limits) -> Result<MeshData, FileError> {
     let (reader, size) = input::open(path)?;
     read_from(reader, size, limits).map_err(|(problem, line)| FileError {
@@ -34,7 +37,7 @@ pub fn read(path: &Path, limits: Limits) -> Result<MeshData, FileError> {
     })
 }
 
-/// Reads a mesh from the bytes of a file. The error comes with its line, if it has one.
+/// Reads a mesh from the bytes of a file. Errors have a line number if there is one.
 ///
 /// # Errors
 ///
@@ -85,10 +88,11 @@ fn read_from(reader: impl BufRead + Seek, size: u64, limits: Limits) -> Result<M
     check_mesh(mesh).map_err(|p| (p, None))
 }
 
-/// Number of elements that are read at a time: few enough to take hardly any memory.
+/// Number of elements that are read at a time: few enough to take little memory.
 const BLOCK: usize = 1 << 12;
 
-/// Reads all elements of a kind in blocks, and hands each over with the number of its first element.
+/// Reads all elements of a kind in blocks, and passes each block to `take` with the number of its
+/// first element.
 fn in_blocks<E: PropertyAccess>(
     reader: &mut Reader<impl BufRead>,
     element: &ElementDef,
@@ -105,7 +109,8 @@ fn in_blocks<E: PropertyAccess>(
     Ok(())
 }
 
-/// Every element takes at least a byte, so that a file bounds what its header may claim.
+/// Checks that the file is large enough for the counts in its header: every element takes at least
+/// a byte.
 fn check_header(header: &Header, size: u64, limits: Limits) -> Result<(), Problem> {
     for (name, element) in &header.elements {
         if element.count as u64 > size {
@@ -144,7 +149,7 @@ fn check_header(header: &Header, size: u64, limits: Limits) -> Result<(), Proble
     Ok(())
 }
 
-/// Problem of an element.
+/// Converts an error within an element.
 fn describe(error: ParseError, element: &ElementDef) -> Located {
     if error.kind() == ErrorKind::UnexpectedEof {
         let (name, count) = (&element.name, element.count);
@@ -155,7 +160,7 @@ fn describe(error: ParseError, element: &ElementDef) -> Located {
 }
 
 fn describe_header(error: &ParseError) -> Located {
-    // Everything after the first line repeats the input.
+    // Keep the first line: all later lines repeat the input.
     let text = error.to_string();
     let first = text
         .lines()
@@ -175,7 +180,7 @@ fn describe_header(error: &ParseError) -> Located {
     )
 }
 
-/// What programs call texture coordinates.
+/// Names of texture coordinates in different programs.
 const UV_NAMES: [[&str; 2]; 3] = [["u", "v"], ["s", "t"], ["texture_u", "texture_v"]];
 
 fn read_vertices(
@@ -210,7 +215,7 @@ fn read_vertices(
     Ok(())
 }
 
-/// The properties of an element that are none of those that a mesh always has, in their order.
+/// Returns the properties of an element that become attributes, in their order.
 fn others(element: &ElementDef) -> Vec<&str> {
     let names = element.properties.keys().map(String::as_str);
     names.filter(|name| !is_known(name)).collect()
@@ -223,7 +228,7 @@ fn is_known(name: &str) -> bool {
     KNOWN.contains(&name) || is_uv || is_list || channel(name).is_some()
 }
 
-/// Attributes of vertices or faces in the making, from their other properties.
+/// Attributes of vertices or faces, collected from their other properties.
 struct Columns(Vec<(Channels, Vec<[f32; 3]>)>);
 
 impl Columns {
@@ -232,7 +237,7 @@ impl Columns {
         Columns(groups.map(|channels| (channels, Vec::new())).collect())
     }
 
-    /// Adds the other properties of an element, and how many values it stands for.
+    /// Adds the other properties of an element, `times` times.
     fn add(&mut self, others: &[f32], times: usize) {
         for (channels, values) in &mut self.0 {
             let channel = |c: usize| others.get(channels.first + c).copied().unwrap_or(0.0);
@@ -250,24 +255,24 @@ impl Columns {
     }
 }
 
-/// Whether an element has all channels of a colour.
+/// True if an element has all channels of a colour.
 fn is_coloured(element: &ElementDef) -> bool {
     let has = |name: &&str| element.properties.contains_key(*name);
     COLOURS.iter().any(|names| names.iter().all(has))
 }
 
-/// Whether faces have texture coordinates of their corners.
+/// True if faces have texture coordinates of their corners.
 fn has_wedges(element: &ElementDef) -> bool {
     element.properties.contains_key(WEDGES)
 }
 
-/// Faces that are being added to a mesh.
+/// Collector of the faces of a mesh.
 struct Faces {
     /// Number of vertices.
     vertices: usize,
-    /// If corners have texture coordinates.
+    /// Texture coordinates of corners, if the file has them.
     wedges: Option<Wedges>,
-    /// Of triangles, if faces have any.
+    /// Colours of triangles, if faces have colours.
     colours: Option<Vec<[f32; 3]>>,
     attributes: Columns,
 }
@@ -282,7 +287,7 @@ impl Faces {
         }
     }
 
-    /// Bytes that faces of so many corners take.
+    /// Returns the memory for faces with a total of `corners` corners, in bytes.
     fn bytes(&self, corners: u64) -> u64 {
         match self.wedges {
             Some(_) => corners * (CORNER + wedges::CORNER) + self.vertices as u64 * wedges::VERTEX,
@@ -290,7 +295,7 @@ impl Faces {
         }
     }
 
-    /// Adds faces, of which the first one has the number `first`.
+    /// Adds faces; the first face has the number `first`.
     fn add(
         &mut self,
         mesh: &mut MeshData,
@@ -334,8 +339,8 @@ impl Faces {
         Ok(())
     }
 
-    /// Gives the mesh colours and attributes of its triangles, and returns texture coordinates of corners, for which all vertices
-    /// must be known.
+    /// Stores colours and attributes of the triangles in the mesh. Returns texture coordinates of
+    /// corners, which can be used only after all vertices are known.
     fn finish(self, mesh: &mut MeshData) -> Option<Wedges> {
         mesh.face_colours = self.colours;
         mesh.attributes.extend(self.attributes.finish());
@@ -343,26 +348,27 @@ impl Faces {
     }
 }
 
-/// Bytes that a vertex or a face takes at most while it is read, without its corners and other properties, each of
-/// the latter with its share of an attribute, and each corner.
+/// Maximum memory while reading, in bytes: for a vertex or a face without its corners and other
+/// properties (`ELEMENT`), for each other property with its part of an attribute (`OTHER`), and for
+/// each corner (`CORNER`).
 const ELEMENT: u64 = 96;
 const OTHER: u64 = 24;
 const CORNER: u64 = 32;
 
-/// The names that the list of a face's vertices goes by.
+/// Names of the list of a face's vertices.
 const FACE_LISTS: [&str; 2] = ["vertex_indices", "vertex_index"];
 
-/// The list of texture coordinates of a face's corners, u and v of each.
+/// Name of the list of texture coordinates of a face's corners: u and v of each.
 const WEDGES: &str = "texcoord";
 
-/// The names that the channels of a colour go by.
+/// Names of the channels of a colour.
 const COLOURS: [[&str; 3]; 3] = [
     ["r", "g", "b"],
     ["red", "green", "blue"],
     ["color_0", "color_1", "color_2"],
 ];
 
-/// Which channel of a colour a property is.
+/// Returns the number of a property's colour channel.
 fn channel(name: &str) -> Option<usize> {
     let place = |names: &[&str; 3]| names.iter().position(|n| *n == name);
     COLOURS.iter().find_map(place)
@@ -379,7 +385,7 @@ fn set_channel(place: &mut f32, property: &Property) -> PropertyAccessResult {
     }
 }
 
-/// Keeps a property that may be part of an attribute; lists are none.
+/// Keeps a property that may be part of an attribute. Lists count as zero.
 fn keep(others: &mut Vec<f32>, property: &Property) -> PropertyAccessResult {
     others.push(scalar(property).map_or(0.0, |v| v as f32));
     PropertyAccessResult::Set
@@ -434,10 +440,10 @@ impl PropertyAccess for Vertex {
 
 #[derive(Debug)]
 struct Face {
-    /// `None` if an index cannot be one.
+    /// Vertices of the face; `None` if an index is invalid.
     polygon: Option<Vec<u32>>,
     colour: [f32; 3],
-    /// Texture coordinates of its corners; empty if it has none.
+    /// Texture coordinates of the corners; empty if there are none.
     wedges: Vec<f64>,
     /// Other properties, in their order.
     others: Vec<f32>,
@@ -473,7 +479,7 @@ impl PropertyAccess for Face {
         }
         if FACE_LISTS.contains(&name) {
             self.polygon = match property {
-                // In place: most files have these.
+                // Convert in place, because most files have this type.
                 Property::ListInt(list) => {
                     list.into_iter().map(|v| u32::try_from(v).ok()).collect()
                 }
@@ -488,7 +494,7 @@ impl PropertyAccess for Face {
     }
 }
 
-/// An element that is read only to get past it.
+/// Element of another kind, which is skipped.
 #[derive(Debug)]
 struct Other;
 
@@ -516,7 +522,7 @@ fn scalar(property: &Property) -> Option<f64> {
     }
 }
 
-/// The numbers of a list of floating-point numbers; none of other properties.
+/// Returns the numbers of a list of floating-point numbers; empty for other properties.
 fn numbers(property: &Property) -> Vec<f64> {
     match property {
         Property::ListFloat(values) => values.iter().copied().map(f64::from).collect(),
@@ -525,7 +531,8 @@ fn numbers(property: &Property) -> Vec<f64> {
     }
 }
 
-/// A channel of a colour: whole numbers are shares of the largest one, encoded as in sRGB; others are linear.
+/// Returns a channel of a colour. Whole numbers are fractions of the largest one, encoded as in
+/// sRGB; other numbers are linear.
 fn intensity(property: &Property) -> Option<f64> {
     let share = match *property {
         Property::UChar(v) => f64::from(v) / f64::from(u8::MAX),

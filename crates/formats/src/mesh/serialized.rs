@@ -1,5 +1,5 @@
-//! Mitsuba's serialized meshes, versions 3 and 4: several meshes, each compressed by zlib, with a table of where
-//! they begin at the end of the file.
+//! Mitsuba's serialized meshes, versions 3 and 4: several meshes, each compressed by zlib, and a
+//! table of their offsets at the end of the file.
 
 use std::io::Read;
 use std::path::Path;
@@ -13,16 +13,16 @@ use crate::element::{Element, Encoding};
 use crate::error::{FileError, Problem};
 use crate::input::{self, Limits};
 
-/// The first two bytes of every mesh.
+/// First two bytes of every mesh.
 const MAGIC: u16 = 0x041c;
-/// Longest name of a mesh.
+/// Maximum length of the name of a mesh, in bytes.
 const LONGEST_NAME: usize = 1 << 16;
 
-/// Bytes that a vertex and a triangle take at most while they are read.
+/// Maximum memory for a vertex and for a triangle while reading, in bytes.
 const VERTEX: u64 = 176;
 const TRIANGLE: u64 = 64;
 
-/// What a mesh holds besides positions and triangles.
+/// Flags for data of a mesh in addition to positions and triangles, and for double precision.
 const NORMALS: u32 = 0x0001;
 const UVS: u32 = 0x0002;
 const COLOURS: u32 = 0x0008;
@@ -32,8 +32,8 @@ const DOUBLE: u32 = 0x2000;
 ///
 /// # Errors
 ///
-/// A file that cannot be read, is no serialized mesh of these versions, has no mesh of this number, ends
-/// early, or has positions that are not finite or indices out of range.
+/// A file that cannot be read, is not a serialized mesh of these versions, has no mesh of this
+/// number, ends early, or has positions that are not finite or indices out of range.
 pub fn read(path: &Path, index: usize, limits: Limits) -> Result<MeshData, FileError> {
     let bytes = input::read(path)?;
     parse(&bytes, index, limits).map_err(|problem| problem.at(path))
@@ -75,7 +75,7 @@ fn version(bytes: &[u8]) -> Result<u16, Problem> {
     }
 }
 
-/// Where a mesh begins, by the table at the end of the file.
+/// Returns the offset of a mesh, from the table at the end of the file.
 fn offset(bytes: &[u8], version: u16, index: usize) -> Result<usize, Problem> {
     let Some(count) = bytes.last_chunk::<4>() else {
         return Err(wrong("too short"));
@@ -101,7 +101,7 @@ fn offset(bytes: &[u8], version: u16, index: usize) -> Result<usize, Problem> {
 struct Reader<'b> {
     stream: ZlibDecoder<&'b [u8]>,
     limits: Limits,
-    /// Bytes of the file.
+    /// Size of the file, in bytes.
     size: u64,
 }
 
@@ -161,7 +161,7 @@ impl Reader<'_> {
         Ok(chunk)
     }
 
-    /// So many vectors; memory is taken as they arrive.
+    /// Reads `count` vectors. Memory is allocated as they arrive.
     fn vectors<const N: usize>(
         &mut self,
         count: u64,
@@ -189,7 +189,7 @@ fn damaged(error: std::io::Error) -> Problem {
     wrong(format!("its compressed data: {error}"))
 }
 
-/// Triangles from the numbers of their corners.
+/// Converts the numbers of corners of triangles.
 fn corners(triangles: Vec<[f64; 3]>, vertices: u64) -> Result<Vec<[u32; 3]>, Problem> {
     let outside = |v: &&f64| **v >= vertices as f64;
     if let Some(v) = triangles.iter().flatten().find(outside) {

@@ -6,12 +6,12 @@ use crate::error::Problem;
 use crate::tensor::Tensor;
 use glam::DVec3;
 
-/// The arrays of a mesh, by the names that Mitsuba gives them.
+/// Arrays of a mesh, with Mitsuba's names.
 #[derive(Clone, Copy, Debug)]
 pub struct Tensors<'a> {
     /// Positions, (n, 3).
     pub vertex_positions: &'a Tensor,
-    /// Numbers of vertices from 0, (m, 3), counter-clockwise when seen from the front.
+    /// Numbers of vertices from 0, (m, 3), counter-clockwise as seen from the front.
     pub faces: &'a Tensor,
     /// Texture coordinates, (n, 2).
     pub vertex_texcoords: Option<&'a Tensor>,
@@ -22,12 +22,12 @@ pub struct Tensors<'a> {
 }
 
 impl MeshData {
-    /// The mesh that arrays describe.
+    /// Makes a mesh from arrays.
     ///
     /// # Errors
     ///
-    /// The name of an array with what is wrong with it: another shape, a number that is not finite, a face that is no
-    /// three vertices.
+    /// Name of an array, with its problem: another shape, a number that is not finite, or a face
+    /// that is not three vertices.
     pub fn of_tensors(tensors: Tensors) -> Result<Self, (&'static str, Problem)> {
         let Tensors {
             vertex_positions,

@@ -3,23 +3,23 @@
 use super::MeshData;
 use std::collections::HashMap;
 
-/// Bytes that a vertex takes at most while corners are told apart, and each corner.
+/// Maximum memory for a vertex, and for a corner, while vertices are split, in bytes.
 pub(super) const VERTEX: u64 = 32;
 pub(super) const CORNER: u64 = 320;
 
-/// What corners without texture coordinates have until all are known.
+/// Texture coordinates of corners without any, until all corners are known.
 const NONE: [f64; 2] = [f64::NAN; 2];
 
-/// Vertices that are split where corners of faces differ in texture coordinates.
+/// Splitting of vertices whose corners differ in texture coordinates.
 pub(super) struct Wedges {
-    /// Those of each vertex, once a corner has some.
+    /// Texture coordinates of each vertex, once a corner has some.
     uvs: Vec<Option<[f64; 2]>>,
     originals: Vec<u32>,
     copies: HashMap<(u32, [u64; 2]), u32>,
 }
 
 impl Wedges {
-    /// For a mesh of so many vertices.
+    /// Prepares a mesh of `vertices` vertices.
     pub(super) fn new(vertices: usize) -> Self {
         Wedges {
             uvs: vec![None; vertices],
@@ -28,7 +28,8 @@ impl Wedges {
         }
     }
 
-    /// The vertex of a corner with its texture coordinates, if it has some: the one given, or a copy of it.
+    /// Returns the vertex of a corner with optional texture coordinates: the given vertex, or a
+    /// copy of it.
     pub(super) fn vertex(&mut self, vertex: u32, uv: Option<[f64; 2]>) -> u32 {
         let is_finite = |uv: &[f64; 2]| uv.iter().all(|v| v.is_finite());
         let uv = uv.filter(is_finite).unwrap_or(NONE);
@@ -46,7 +47,7 @@ impl Wedges {
         copy
     }
 
-    /// Gives the mesh its copies and texture coordinates, if corners have any.
+    /// Adds the copies and the texture coordinates to the mesh, if corners have any.
     pub(super) fn finish(self, mesh: &mut MeshData) {
         let uvs = self.uvs.into_iter().map(|uv| uv.unwrap_or(NONE));
         let mut uvs: Vec<[f64; 2]> = uvs.collect();

@@ -1,4 +1,4 @@
-//! The header of an `.npy` file.
+//! Header of `.npy` files.
 
 use std::io::Read;
 
@@ -6,26 +6,26 @@ use crate::element::{Element, Encoding};
 use crate::error::Problem;
 
 const MAGIC: &[u8; 6] = b"\x93NUMPY";
-/// Longest header accepted; NumPy's own limit.
+/// Longest accepted header, in bytes; NumPy's own limit.
 const LIMIT: u64 = 10_000;
-/// Most axes of an array; NumPy's own limit.
+/// Largest number of axes of an array; NumPy's own limit.
 const MAX_AXES: usize = 32;
-/// The header's size is padded to a multiple of this.
+/// Alignment to which the size of the header is padded, in bytes.
 const ALIGNMENT: usize = 64;
 
-/// What is known before the data.
+/// Metadata before the data.
 pub struct NpyHeader {
     /// Type of the numbers and the order of their bytes.
     pub encoding: Encoding,
-    /// True if the first index runs fastest.
+    /// True if the first index varies fastest.
     pub fortran_order: bool,
-    /// With a last axis of two for complex numbers.
+    /// Shape of the array, with a last axis of two for complex numbers.
     pub shape: Vec<usize>,
-    /// Bytes before the data.
+    /// Number of bytes before the data.
     pub size: u64,
 }
 
-/// NumPy's word for numbers of a type, the least significant byte first.
+/// Returns NumPy's name of a number type, with the least significant byte first.
 pub(super) fn descriptor(element: Element) -> &'static str {
     match element {
         Element::F16 => "<f2",
@@ -42,7 +42,8 @@ pub(super) fn descriptor(element: Element) -> &'static str {
     }
 }
 
-/// The numbers of an array, and whether each element is two of them: a complex number.
+/// Returns the encoding of an array's numbers, and true if each element is two of them: a complex
+/// number.
 fn encoding(word: &str) -> Result<(Encoding, bool), Problem> {
     let complex = match &word.get(1..) {
         Some("c8") => Some("f4"),
@@ -72,7 +73,7 @@ impl NpyHeader {
     /// Reads the header of a file of `size` bytes.
     ///
     /// # Errors
-    /// No valid header, or one that does not fit the file.
+    /// An invalid header, or a header that does not match the file.
     pub fn read(reader: &mut impl Read, size: u64) -> Result<Self, Problem> {
         let truncated = |expected| Problem::Truncated {
             expected,
@@ -108,7 +109,7 @@ impl NpyHeader {
     }
 }
 
-/// Reads `{'descr': '<f4', 'fortran_order': False, 'shape': (2, 3), }`.
+/// Parses `{'descr': '<f4', 'fortran_order': False, 'shape': (2, 3), }`.
 fn parse(text: &str, size: u64) -> Result<NpyHeader, Problem> {
     let mut cursor = Cursor { rest: text.trim() };
     let (mut encoding, mut fortran_order, mut shape) = (None, None, None);
@@ -141,7 +142,7 @@ fn parse(text: &str, size: u64) -> Result<NpyHeader, Problem> {
             found: "Fortran order".to_owned(),
         });
     }
-    // Real and imaginary part are the last axis.
+    // Append an axis of real and imaginary part.
     shape.extend(complex.then_some(2));
     Ok(NpyHeader {
         encoding,
@@ -243,18 +244,18 @@ impl<'t> Cursor<'t> {
     }
 }
 
-/// The header of an array in C order whose elements are as NumPy's `descriptor` says.
+/// Makes the header of an array in C order with NumPy's `descriptor` of its elements.
 pub(super) fn bytes(descriptor: &str, shape: &[usize]) -> Vec<u8> {
     let axes: String = shape.iter().map(|n| format!("{n}, ")).collect();
     let mut text = format!(
         "{{'descr': '{descriptor}', 'fortran_order': False, 'shape': ({}), }}",
         axes.trim_end()
     );
-    // The dictionary is padded with blanks and ends with a line break.
+    // Pad the dictionary with blanks, and end it with a line break.
     let unpadded = MAGIC.len() + 4 + text.len() + 1;
     text.push_str(&" ".repeat(unpadded.next_multiple_of(ALIGNMENT) - unpadded));
     text.push('\n');
-    // Shapes have few axes, so that the length always fits.
+    // Store the length: shapes have few axes, so that it always fits.
     let length = u16::try_from(text.len()).unwrap_or(u16::MAX);
     [MAGIC, &[1u8, 0][..], &length.to_le_bytes(), text.as_bytes()].concat()
 }

@@ -1,36 +1,36 @@
-//! Formats of volumes.
+//! Volume file formats.
 
 use crate::element::Element;
 use crate::error::Problem;
 use std::path::Path;
 
-/// A format of volumes.
+/// Volume file format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// Mitsuba's grids.
+    /// Grid of Mitsuba.
     Vol,
-    /// An array of NumPy.
+    /// NumPy array.
     Npy,
-    /// Arrays of NumPy.
+    /// Archive of NumPy arrays.
     Npz,
-    /// HDF5.
+    /// HDF5 file.
     Hdf5,
-    /// MATLAB, version 5.
+    /// MATLAB file, version 5.
     Mat,
-    /// Nearly raw raster data.
+    /// Nearly raw raster data (NRRD).
     Nrrd,
-    /// VTK's XML image data.
+    /// XML image data of VTK.
     Vti,
-    /// VTK's structured points.
+    /// Structured points of VTK.
     Vtk,
-    /// OpenVDB; read only.
+    /// OpenVDB file; read only.
     Vdb,
-    /// NIfTI, perhaps compressed; read only.
+    /// NIfTI file, also compressed; read only.
     Nifti,
 }
 
 impl Format {
-    /// By a file's extension.
+    /// Returns the format of a file's extension.
     pub fn of(path: &Path) -> Option<Format> {
         let name = path.file_name()?.to_str()?.to_ascii_lowercase();
         if name.ends_with(".nii.gz") {
@@ -52,7 +52,7 @@ impl Format {
         })
     }
 
-    /// What is wrong with a file of another extension.
+    /// Makes an error for a file with another extension.
     pub fn unknown() -> Problem {
         let message = "volumes are .vol, .npy, .npz, .h5, .hdf5, .mat, .nrrd, .nhdr, .vti and .vtk, and .vdb, \
                        .nii and .nii.gz to read; meshes (.vtu, .vtr, .vts, .vtm, .foam, .cgns) are resampled by \
@@ -60,12 +60,12 @@ impl Format {
         Problem::Unsupported(message.into())
     }
 
-    /// Whether the user must say which axis of an array is which. An NRRD file may say so itself.
+    /// Returns true if the user must give the order of axes. An NRRD file may state it itself.
     pub fn needs_axis_order(self) -> bool {
         matches!(self, Format::Npy | Format::Npz | Format::Hdf5 | Format::Mat)
     }
 
-    /// Whether the format itself says which axis is which.
+    /// Returns true if the format itself defines the order of axes.
     pub fn has_axis_order(self) -> bool {
         matches!(
             self,
@@ -73,12 +73,12 @@ impl Format {
         )
     }
 
-    /// Whether it is only read.
+    /// Returns true for formats that are only read.
     pub fn is_read_only(self) -> bool {
         matches!(self, Format::Vdb | Format::Nifti)
     }
 
-    /// Whether a file may hold several volumes.
+    /// Returns true if a file may contain several volumes.
     pub fn has_datasets(self) -> bool {
         matches!(
             self,
@@ -86,8 +86,9 @@ impl Format {
         )
     }
 
-    /// The type of numbers that is written for one of the given type: the same if the format has it, else
-    /// the next that holds them. `.vol` has floating-point numbers of 16 and 32 bits only.
+    /// Returns the number type that is written for a given type: the same type if the format has
+    /// it, else the next that represents its numbers. `.vol` has only floating-point numbers of 16
+    /// and 32 bits.
     pub fn element(self, element: Element) -> Element {
         match (self, element) {
             (Format::Npy | Format::Npz, _) => element,

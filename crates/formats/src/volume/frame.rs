@@ -1,21 +1,22 @@
-//! Where in space the samples of a volume are.
+//! Position of the samples of a volume in space.
 
 use glam::{DAffine3, DMat3, DVec3};
 
-/// Where a file says that its samples are.
+/// Position of samples that a file states.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VolumeFrame {
     /// Position of the first sample, in the file's coordinates.
     pub first: DVec3,
-    /// Columns: the steps from a sample to the next along x, y and z.
+    /// Steps from a sample to the next along x, y and z, as columns.
     pub steps: DMat3,
-    /// Whether the outermost samples sit on the faces of the box that the samples fill, rather than half a
-    /// step inside.
+    /// True if the outermost samples lie on the faces of the box that the samples fill, false if
+    /// half a step inside.
     pub nodes: bool,
 }
 
 impl VolumeFrame {
-    /// Samples at the centres of equal cells that fill a box from `low` to `high`.
+    /// Returns the position of samples at the centres of equal cells that fill a box from `low` to
+    /// `high`.
     pub fn of_box([low, high]: [DVec3; 2], size: [usize; 3]) -> Self {
         let spacing = (high - low) / DVec3::from_array(size.map(|n| n as f64));
         VolumeFrame {
@@ -25,8 +26,8 @@ impl VolumeFrame {
         }
     }
 
-    /// From the unit cube, which the samples fill, to the file's coordinates. A single layer is one step
-    /// thick, even between nodes.
+    /// Returns the map from the unit cube, which the samples fill, to the file's coordinates. A
+    /// single layer is one step thick, even between nodes.
     pub fn to_file(&self, size: [usize; 3]) -> DAffine3 {
         let axis = |n: usize| {
             if self.nodes && n > 1 {
@@ -43,7 +44,7 @@ impl VolumeFrame {
         }
     }
 
-    /// Distances between neighbours along x, y and z.
+    /// Returns the distances between neighbours along x, y and z.
     pub fn spacing(&self) -> DVec3 {
         let steps = self.steps;
         DVec3::new(
@@ -53,13 +54,13 @@ impl VolumeFrame {
         )
     }
 
-    /// Whether x, y and z of the samples are those of space.
+    /// Returns true if x, y and z of the samples are x, y and z of space.
     pub fn is_aligned(&self) -> bool {
         let diagonal = self.steps.diagonal();
         self.steps == DMat3::from_diagonal(diagonal) && diagonal.min_element() > 0.0
     }
 
-    /// Whether positions are finite and steps do not lie in a plane.
+    /// Returns true if positions are finite and steps are not coplanar.
     pub(super) fn is_sound(&self) -> bool {
         let volume = self.steps.determinant();
         self.first.is_finite() && volume.is_finite() && volume != 0.0

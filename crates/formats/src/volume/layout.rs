@@ -1,4 +1,4 @@
-//! The order of an array's elements, and that of a volume's.
+//! Order of an array's elements, and of a volume's elements.
 
 use super::Sample;
 use crate::binary;
@@ -11,34 +11,34 @@ use std::io::Read;
 use std::ops::Range;
 use std::str::FromStr;
 
-/// Which axis of space runs along which axis of an array: a letter for each axis, in the order of the
-/// array's indices; `c` is that of the channels.
+/// Assignment of the axes of space to the axes of an array: a letter for each axis, in the order of
+/// the array's indices; `c` is the axis of the channels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AxisOrder {
     letters: [char; 4],
-    /// Whether the channels were named: else an array of four axes has them last.
+    /// True if the channels were named. Otherwise, an array of four axes has them last.
     channels: bool,
 }
 
 impl AxisOrder {
-    /// `array[z, y, x]`, as Mitsuba and k-Wave have it.
+    /// Order of `array[z, y, x]`, as in Mitsuba and k-Wave.
     pub const ZYX: AxisOrder = AxisOrder {
         letters: ['z', 'y', 'x', 'c'],
         channels: false,
     };
-    /// `array[x, y, z]`.
+    /// Order of `array[x, y, z]`.
     pub const XYZ: AxisOrder = AxisOrder {
         letters: ['x', 'y', 'z', 'c'],
         channels: false,
     };
 
-    /// `array[c, z, y, x]`, with the channels, or the time, first.
+    /// Order of `array[c, z, y, x]`, with the channels, or the time, first.
     pub(super) const CZYX: AxisOrder = AxisOrder {
         letters: ['c', 'z', 'y', 'x'],
         channels: true,
     };
 
-    /// The letters of an array of `axes` axes.
+    /// Returns the letters of an array of `axes` axes.
     fn of(&self, axes: usize) -> Option<&[char]> {
         match (axes, self.channels) {
             (4, _) => Some(&self.letters),
@@ -78,17 +78,18 @@ impl fmt::Display for AxisOrder {
     }
 }
 
-/// The size of a volume and the order in which a file has its values.
+/// Size of a volume, and the order of its values in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Layout {
     pub size: [usize; 3],
     pub channels: usize,
-    /// Of each axis, the slowest of the file first: its length, and the distance of neighbours in the volume.
+    /// Length of each axis, and the distance of neighbours in the volume; the slowest axis of the
+    /// file first.
     axes: [(usize, usize); 4],
 }
 
 impl Layout {
-    /// That of an array, whose first index runs fastest if `fortran`.
+    /// Makes the layout of an array, whose first index varies fastest if `fortran`.
     pub(super) fn new(shape: &[usize], fortran: bool, order: AxisOrder) -> Result<Self, Problem> {
         let Some(letters) = order.of(shape.len()) else {
             let expected = if order.channels {
@@ -123,13 +124,13 @@ impl Layout {
         })
     }
 
-    /// That of a volume: channels are neighbours, then x is fastest.
+    /// Makes the layout of a volume: channels are adjacent, then x is fastest.
     pub(super) fn plain(size: [usize; 3], channels: usize) -> Result<Self, Problem> {
         let [x, y, z] = size;
         Self::new(&[z, y, x, channels], false, AxisOrder::ZYX)
     }
 
-    /// That of an array `[frame, place]` of the places of a volume, with x fastest.
+    /// Makes the layout of an array `[frame, place]` of the places of a volume, with x fastest.
     pub(super) fn columns(size: [usize; 3], frames: usize) -> Result<Self, Problem> {
         check(size, frames)?;
         let places = size.iter().product();
@@ -140,12 +141,14 @@ impl Layout {
         })
     }
 
-    /// Axes of more than one element, the slowest of the file first: their lengths, and the distances of neighbours in the volume.
+    /// Yields axes of more than one element, the slowest axis of the file first: their lengths, and
+    /// the distances of neighbours in the volume.
     pub(super) fn long_axes(&self) -> impl Iterator<Item = (usize, usize)> {
         self.axes.into_iter().filter(|(length, _)| *length > 1)
     }
 
-    /// The values, by their number in the file, among which those of some channels are: whole rows of its slowest axis.
+    /// Returns the range of the values in the file that contains some channels: whole rows of the
+    /// slowest axis.
     pub(super) fn span(&self, channels: Range<usize>) -> Range<usize> {
         match self.long_axes().next() {
             Some((length, 1)) if length == self.channels => {
@@ -156,17 +159,18 @@ impl Layout {
         }
     }
 
-    /// Number of values.
+    /// Returns the number of values.
     pub(super) fn count(&self) -> usize {
         self.axes.iter().map(|(length, _)| length).product()
     }
 
-    /// Refuses values that a file of `size` bytes must not take memory for.
+    /// Checks that a file of `size` bytes may take memory for the values.
     pub(super) fn check<T: Sample>(&self, limits: Limits, size: u64) -> Result<(), Problem> {
         limits.check(self.count() as u64, size_of::<T>() as u64, size)
     }
 
-    /// Room for the values, and for what a spline through them needs, so that they can stay where they are.
+    /// Returns the capacity for the values, and for a spline through them that is computed in
+    /// place.
     fn room(&self) -> usize {
         match self.channels {
             1 => Bspline::room(self.size).max(self.count()),
@@ -174,7 +178,7 @@ impl Layout {
         }
     }
 
-    /// Reads values. The caller has checked that they can be there.
+    /// Reads values. The caller has checked the memory.
     pub(super) fn read<T: Sample>(
         &self,
         reader: &mut impl Read,
@@ -197,9 +201,9 @@ impl Layout {
         Ok(data)
     }
 
-    /// Values that are written as text and separated by blanks.
+    /// Parses values from text, separated by blanks.
     pub(super) fn parse<T: Sample>(&self, text: &str) -> Result<Vec<T>, Problem> {
-        // A number takes a byte, and a blank.
+        // Check the number of values: each takes at least a byte and a blank.
         if self.count() > text.len().div_ceil(2) {
             return Err(self.other_count(text.split_ascii_whitespace().count()));
         }
@@ -222,7 +226,7 @@ impl Layout {
         }
     }
 
-    /// Whether the values of the file have the order of those of the volume.
+    /// True if the values in the file have the order of the volume.
     fn is_in_order(&self) -> bool {
         let mut expected = 1;
         self.axes.iter().rev().all(|&(length, distance)| {
@@ -232,12 +236,13 @@ impl Layout {
         })
     }
 
-    /// Where in the volume the values of the file belong, in the order of the file.
+    /// Yields the positions in the volume of the values of the file, in the order of the file.
     pub(super) fn targets(&self) -> impl Iterator<Item = usize> + use<> {
         self.targets_from(0)
     }
 
-    /// The same from a row of the fastest axis on.
+    /// Yields the positions in the volume from a row of the fastest axis onwards; `first` is the
+    /// number of its first value.
     pub(super) fn targets_from(&self, first: usize) -> impl Iterator<Item = usize> + use<> {
         let [(a, da), (b, db), (c, dc), (d, dd)] = self.axes;
         (first / d..a * b * c).flat_map(move |row| {
@@ -248,7 +253,7 @@ impl Layout {
     }
 }
 
-/// Refuses sizes of zero, and those that no memory has.
+/// Checks that sizes are not zero, and that the number of values is within memory.
 pub(super) fn check(size: [usize; 3], channels: usize) -> Result<usize, Problem> {
     let sizes = || format!("{} voxels with {channels} channels", binary::product(&size));
     if channels == 0 || size.contains(&0) {

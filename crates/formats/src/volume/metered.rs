@@ -1,11 +1,12 @@
-//! Places of arrays that meters wrote: beside an array are the edges of its cells along x, y and z, and `to_world`, the map of the
-//! unit cube that the cells divide (docs/meters.md).
+//! Positions of arrays that meters wrote. An array is accompanied by the edges of its cells along
+//! x, y and z, and by `to_world`, the map of the unit cube that the cells divide (docs/meters.md).
 
 use super::VolumeFrame;
 use glam::{DMat3, DVec3};
 
-/// Position of the cells of the array `name`, of the given size. `numbers` gives the array of a name if it has as many numbers as
-/// asked for, all of them finite; names of arrays of one of several meters begin with the name of the meter.
+/// Returns the position of the cells of the array `name` with a given size. `numbers` returns the
+/// array of a name if it has the requested number of elements, all finite. With several meters,
+/// names of arrays begin with the name of the meter.
 pub(super) fn place(
     name: &str,
     size: [usize; 3],

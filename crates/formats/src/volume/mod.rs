@@ -37,16 +37,17 @@ pub use options::Options;
 use options::choose;
 pub use write::{Stored, write};
 
-/// The most by which deflate compresses, 1032, rounded up: what a file may be trusted to become.
+/// Largest compression ratio of deflate, 1032, rounded up: an upper bound of a file's inflated
+/// size.
 pub const INFLATION: u64 = 1100;
 
-/// A number of which volumes are made: `f32`, or `f64` where contrasts are small.
+/// Number type of volumes: `f32`, or `f64` for small contrasts.
 pub trait Sample: Copy + 'static {
-    /// Its type in files.
+    /// Type of the number in files.
     const ELEMENT: Element;
-    /// The number in double precision.
+    /// Converts the number to double precision.
     fn wide(self) -> f64;
-    /// The nearest such number.
+    /// Rounds to the nearest number of this type.
     fn nearest(v: f64) -> Self;
 }
 
@@ -89,12 +90,12 @@ pub struct Volume<T = f32> {
 }
 
 impl<T: Sample> Volume<T> {
-    /// A volume of `size` = (nx, ny, nz) voxels. In `data` the channels of a voxel are neighbours,
-    /// then x is the fastest axis and z the slowest.
+    /// Makes a volume of `size` = (nx, ny, nz) voxels. In `data`, channels of a voxel are adjacent;
+    /// x is the fastest axis and z the slowest.
     ///
     /// # Errors
     ///
-    /// A size of zero, a size that does not fit the data, NaN or infinite values.
+    /// A size of zero, a size that does not match the data, NaN or infinite values.
     pub fn new(size: [usize; 3], channels: usize, data: Vec<T>) -> Result<Self, Problem> {
         if layout::check(size, channels)? != data.len() {
             let [x, y, z] = size;
@@ -123,33 +124,33 @@ impl<T: Sample> Volume<T> {
         })
     }
 
-    /// The same volume with another record of the type of numbers that its file holds.
+    /// Returns the volume with another type of numbers of its file.
     #[must_use]
     pub fn with_element(self, element: Element) -> Self {
         Volume { element, ..self }
     }
 
-    /// The same volume in a place of its own.
+    /// Returns the volume with a binding position of its samples.
     #[must_use]
     pub fn with_frame(self, frame: VolumeFrame) -> Self {
         let frame = Some(frame);
         Volume { frame, ..self }
     }
 
-    /// The same volume with the least and the greatest corner of a box.
+    /// Returns the volume with the lower and the upper corner of a box.
     #[must_use]
     pub fn with_bbox(self, bbox: [DVec3; 2]) -> Self {
         let bbox = Some(bbox);
         Volume { bbox, ..self }
     }
 
-    /// Returns the volume with the place that its file mentions, if there is one.
+    /// Returns the volume with the position that its file mentions, if there is one.
     #[must_use]
     pub(crate) fn with_mentioned(self, mentioned: Option<VolumeFrame>) -> Self {
         Volume { mentioned, ..self }
     }
 
-    /// Returns the volume with the least and the greatest corner of the cells around its samples.
+    /// Returns the volume with the lower and the upper corner of the cells around its samples.
     #[must_use]
     pub(crate) fn with_box_of_cells(self, bbox: [DVec3; 2]) -> Self {
         let bbox_of_cells = true;
@@ -159,13 +160,13 @@ impl<T: Sample> Volume<T> {
         }
     }
 
-    /// The same volume with a unit of length.
+    /// Returns the volume with a unit of length.
     #[must_use]
     pub fn with_unit(self, unit: Option<String>) -> Self {
         Volume { unit, ..self }
     }
 
-    /// The same volume with what the file of another says of its place, unit and type of numbers.
+    /// Returns the volume with the position, unit and type of numbers of another volume's file.
     fn recorded_as(self, other: &Self) -> Self {
         Volume {
             element: other.element,
@@ -178,53 +179,56 @@ impl<T: Sample> Volume<T> {
         }
     }
 
-    /// Number of voxels along x, y, z.
+    /// Returns the numbers of voxels along x, y, z.
     pub fn size(&self) -> [usize; 3] {
         self.size
     }
 
-    /// Values per voxel.
+    /// Returns the number of values per voxel.
     pub fn channels(&self) -> usize {
         self.channels
     }
 
-    /// All values: channels of a voxel are neighbours, then x is fastest, z slowest.
+    /// Returns all values. Channels of a voxel are adjacent; x is the fastest axis and z the
+    /// slowest.
     pub fn data(&self) -> &[T] {
         &self.data
     }
 
-    /// All values; see [`Volume::data`].
+    /// Returns all values; see [`Volume::data`].
     pub fn into_data(self) -> Vec<T> {
         self.data
     }
 
-    /// The type of numbers in the file.
+    /// Returns the type of numbers in the file.
     pub fn element(&self) -> Element {
         self.element
     }
 
-    /// Where the file says that the samples are, if it does so bindingly: scenes follow it.
+    /// Returns the binding position of the samples in the file, if there is one. Scenes use it.
     pub fn frame(&self) -> Option<VolumeFrame> {
         self.frame
     }
 
-    /// Least and greatest corner of a box that the file mentions; scenes do not follow it.
+    /// Returns the lower and the upper corner of a box that the file mentions. Scenes do not use
+    /// it.
     pub fn bbox(&self) -> Option<[DVec3; 2]> {
         self.bbox
     }
 
-    /// Returns whether the samples are at the centres of the cells that fill the box, rather than where a scene says.
+    /// Returns true if the samples are at the centres of the cells that fill the box, rather than
+    /// where a scene places them.
     pub fn has_box_of_cells(&self) -> bool {
         self.bbox_of_cells
     }
 
-    /// The unit of length of the file's coordinates, if the file names it.
+    /// Returns the unit of length of the file's coordinates, if the file states it.
     pub fn unit(&self) -> Option<&str> {
         self.unit.as_deref()
     }
 
-    /// Position of the samples: the file's own place, else the one that the file mentions, else the centres of the cells of
-    /// its box, or of the unit cube.
+    /// Returns the position of the samples: the file's binding position, else the position that the
+    /// file mentions, else the centres of the cells of its box, or of the unit cube.
     pub fn place(&self) -> VolumeFrame {
         let bbox = self.bbox.unwrap_or([DVec3::ZERO, DVec3::ONE]);
         self.frame
@@ -232,16 +236,16 @@ impl<T: Sample> Volume<T> {
             .unwrap_or_else(|| VolumeFrame::of_box(bbox, self.size))
     }
 
-    /// Returns whether the file says where the samples are, binding for scenes or not.
+    /// Returns true if the file states the position of the samples, binding for scenes or not.
     pub fn has_place(&self) -> bool {
         self.frame.is_some() || self.mentioned.is_some() || self.bbox.is_some()
     }
 
-    /// Every value v as `scale` v + `offset`, floating-point numbers then.
+    /// Maps every value v to `scale` v + `offset`. The result has floating-point numbers.
     ///
     /// # Errors
     ///
-    /// A value that this makes too large.
+    /// A result that is too large.
     pub fn scaled(mut self, scale: f64, offset: f64) -> Result<Self, Problem> {
         if (scale, offset) == (1.0, 0.0) {
             return Ok(self);
@@ -257,12 +261,12 @@ impl<T: Sample> Volume<T> {
         })
     }
 
-    /// The volume in an array of 3 axes, or 4 with channels.
+    /// Makes a volume from an array of 3 axes, or 4 with channels.
     ///
     /// # Errors
     ///
-    /// Another number of axes, a size of zero, NaN or infinite values (also those beyond single precision, if that is
-    /// what is wanted).
+    /// Another number of axes, a size of zero, NaN or infinite values, and values beyond single
+    /// precision for `f32`.
     pub fn of_tensor(tensor: &Tensor, axes: AxisOrder) -> Result<Self, Problem> {
         let layout = Layout::new(tensor.shape(), false, axes)?;
         let mut data = vec![T::nearest(0.0); layout.count()];
@@ -272,11 +276,11 @@ impl<T: Sample> Volume<T> {
         Ok(Volume::new(layout.size, layout.channels, data)?.with_element(element_of(tensor)))
     }
 
-    /// Reads a file of the format that its extension tells ([`Format`]).
+    /// Reads a file in the format of its extension ([`Format`]).
     ///
     /// # Errors
     ///
-    /// An extension that no format has, and what the format's own function reports.
+    /// An unknown extension, and the errors of the format's own function.
     pub fn read(path: &Path, options: Options) -> Result<Self, FileError> {
         match Format::of(path) {
             Some(Format::Vol) => vol::read(path),
@@ -294,7 +298,8 @@ impl<T: Sample> Volume<T> {
     }
 }
 
-/// Names of the volumes of a VTK or OpenVDB file; none of the other formats, whose arrays need not be volumes.
+/// Returns the names of the volumes in a VTK or OpenVDB file; empty for other formats, whose arrays
+/// need not be volumes.
 ///
 /// # Errors
 /// The file cannot be read.
@@ -308,12 +313,13 @@ pub fn names(path: &Path) -> Result<Vec<String>, FileError> {
 }
 
 impl Series {
-    /// Sums the frames of the array in a file. NumPy's and HDF5's are read in parts: beside the sums, 8 bytes each, they take
-    /// memory for a block of [`hdf5::BLOCK`] numbers or a chunk of the file. Arrays of other formats are read as a whole.
+    /// Sums the frames of the array in a file. NumPy and HDF5 arrays are read in parts. In addition
+    /// to the sums, 8 bytes each, they take memory for a block of [`hdf5::BLOCK`] numbers or a
+    /// chunk of the file. Arrays of other formats are read as a whole.
     ///
     /// # Errors
     ///
-    /// Those of [`Volume::read`] and of the plan.
+    /// The errors of [`Volume::read`] and of the plan.
     pub fn read(path: &Path, options: Options, plan: &mut Plan) -> Result<Self, FileError> {
         match Format::of(path) {
             Some(Format::Npy) => npy::read_series(path, options, plan),
@@ -327,10 +333,9 @@ impl Series {
     }
 }
 
-/// The type of the numbers of an array.
-/// The first number that is not finite.
+/// Returns the index of the first number that is not finite.
 fn not_finite<T: Sample>(data: &[T]) -> Option<usize> {
-    // Many at a time, without a branch for each.
+    // Check a block at a time, without a branch for each number.
     const BLOCK: usize = 1 << 12;
     let are_finite = |some: &[T]| some.iter().fold(true, |all, v| all & v.wide().is_finite());
     let mut blocks = data.chunks(BLOCK);
@@ -338,6 +343,7 @@ fn not_finite<T: Sample>(data: &[T]) -> Option<usize> {
     (block * BLOCK..data.len()).find(|at| !data[*at].wide().is_finite())
 }
 
+/// Returns the type of the numbers of an array.
 fn element_of(tensor: &Tensor) -> Element {
     match tensor.numbers() {
         Numbers::Single(_) => Element::F32,
@@ -345,7 +351,7 @@ fn element_of(tensor: &Tensor) -> Element {
     }
 }
 
-/// How messages call a sample.
+/// Describes a sample in messages.
 pub fn place([nx, ny, _]: [usize; 3], channels: usize, index: usize) -> String {
     let voxel = index / channels;
     let (x, y, z) = (voxel % nx, voxel / nx % ny, voxel / nx / ny);

@@ -1,4 +1,5 @@
-//! NIfTI-1 and NIfTI-2, as medical images have them: one file with a header and the values, plain or compressed by gzip.
+//! NIfTI-1 and NIfTI-2 files of medical images: one file with a header and the values, plain or
+//! compressed by gzip.
 //! <https://nifti.nimh.nih.gov/nifti-1/documentation/nifti1fields>
 
 use std::io::{BufRead, BufReader, Read};
@@ -14,20 +15,22 @@ use crate::element::{Element, Encoding};
 use crate::error::{FileError, Problem};
 use crate::input::{self, Limits};
 
-/// Bytes of the header of NIfTI-1.
+/// Size of the header of NIfTI-1, in bytes.
 const FIRST: usize = 348;
-/// Bytes of the header of NIfTI-2.
+/// Size of the header of NIfTI-2, in bytes.
 const SECOND: usize = 540;
-/// Bytes between the header and the values that readers must expect; whatever extensions there are is skipped.
+/// Maximum number of bytes between the header and the values. Extensions there are skipped.
 const MOST_SKIPPED: u64 = 1 << 30;
 
-/// Reads a volume. Its place is that of `sform`, else of `qform`, else the sizes of voxels from the origin. A fourth axis is that
-/// of the channels; axes of length 1 beyond do not count.
+/// Reads a volume. Its position comes from `sform`, else from `qform`, else from the sizes of
+/// voxels, starting at the origin. A fourth axis contains the channels; further axes of length 1
+/// are ignored.
 ///
 /// # Errors
 ///
-/// A file that cannot be read or is no NIfTI file of one part, more than four axes, numbers that are neither integers nor
-/// floating-point numbers, another size than the header calls for, NaN or infinite values.
+/// A file that cannot be read or is not a NIfTI file of one part, more than four axes, numbers that
+/// are neither integers nor floating-point numbers, a size that differs from the header, NaN or
+/// infinite values.
 pub fn read<T: Sample>(path: &Path, options: Options) -> Result<Volume<T>, FileError> {
     let (mut reader, size) = input::open(path)?;
     read_from(&mut reader, size, options.limits).map_err(|problem| problem.at(path))
@@ -77,21 +80,21 @@ fn read_from<T: Sample>(
     header.volume(&mut inner, size, limits)
 }
 
-/// What the header says.
+/// Content of a header.
 struct Header {
     encoding: Encoding,
     layout: Layout,
-    /// Where the values begin.
+    /// Offset of the values in the file, in bytes.
     start: u64,
-    /// Bytes read so far.
+    /// Number of bytes read so far.
     read: u64,
-    /// A number q stands for slope q + offset.
+    /// Slope and offset: a number q represents slope q + offset.
     scaling: Option<[f64; 2]>,
     frame: VolumeFrame,
     unit: Option<String>,
 }
 
-/// The fields of a header of either version, by their places.
+/// Fields of a header of either version, by their offsets.
 struct Fields {
     bytes: Vec<u8>,
     big: bool,
@@ -99,7 +102,7 @@ struct Fields {
 }
 
 impl Fields {
-    /// The field at one of two places, for the first and the second version.
+    /// Returns the field at one of two offsets, for the first and the second version.
     fn at<const N: usize>(&self, places: [usize; 2]) -> [u8; N] {
         let start = places[usize::from(self.second)];
         let mut word = [0; N];
@@ -114,7 +117,7 @@ impl Fields {
         i16::from_le_bytes(self.at(places))
     }
 
-    /// A number that is single in the first version and double in the second.
+    /// Returns a number that is single in the first version and double in the second.
     fn real(&self, [first, second]: [usize; 2], index: usize) -> f64 {
         if self.second {
             f64::from_le_bytes(self.at([0, second + 8 * index]))
@@ -123,7 +126,7 @@ impl Fields {
         }
     }
 
-    /// A number of 16 bits in the first version and 64 in the second.
+    /// Returns a number of 16 bits in the first version and 64 in the second.
     fn dim(&self, index: usize) -> i64 {
         if self.second {
             i64::from_le_bytes(self.at([0, 16 + 8 * index]))
@@ -132,7 +135,7 @@ impl Fields {
         }
     }
 
-    /// A code of 16 bits in the first version and 32 in the second.
+    /// Returns a code of 16 bits in the first version and 32 in the second.
     fn code(&self, [first, second]: [usize; 2]) -> i32 {
         if self.second {
             i32::from_le_bytes(self.at([0, second]))
@@ -157,7 +160,7 @@ impl Header {
             fields.real([108, 0], 0) as i64
         };
         let read = fields.bytes.len() as u64;
-        // Four bytes that say whether there are extensions lie between.
+        // Skip four bytes that indicate whether there are extensions.
         let start = u64::try_from(start).unwrap_or(0).max(read + 4);
         if start - read > MOST_SKIPPED {
             return Err(Problem::Malformed(format!(
@@ -177,7 +180,7 @@ impl Header {
         })
     }
 
-    /// The volume whose values follow.
+    /// Reads the values of the volume.
     fn volume<T: Sample>(
         &self,
         reader: &mut impl Read,
@@ -318,7 +321,7 @@ impl Fields {
     }
 }
 
-/// The type of numbers with a code.
+/// Returns the type of numbers with a code.
 fn element(code: i16) -> Result<Element, Problem> {
     Ok(match code {
         2 => Element::U8,

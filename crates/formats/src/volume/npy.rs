@@ -1,4 +1,4 @@
-//! Volumes as NumPy arrays.
+//! Volumes in NumPy arrays.
 
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -9,12 +9,13 @@ use super::{Options, Sample, Volume};
 use crate::error::{FileError, Problem};
 use crate::{atomic, binary, input, npy};
 
-/// Reads a volume from an array of three axes, or four with channels, of numbers of any type.
+/// Reads a volume from an array of three axes, or four with channels, with numbers of any type.
 ///
 /// # Errors
 ///
-/// A file that cannot be read or is no `.npy` file, an axis order that is not given, another number of axes,
-/// other elements, a size of zero, and NaN or infinite values (also those beyond single precision).
+/// A file that cannot be read or is not an `.npy` file, an axis order that is not given, another
+/// number of axes, other elements, a size of zero, and NaN or infinite values, also beyond single
+/// precision.
 pub fn read<T: Sample>(path: &Path, options: Options) -> Result<Volume<T>, FileError> {
     let (mut reader, size) = input::open(path)?;
     read_from(&mut reader, [size; 2], options).map_err(|problem| problem.at(path))
@@ -77,18 +78,18 @@ pub fn parse_series(bytes: &[u8], options: Options, plan: &mut Plan) -> Result<S
     series_from(file, options, plan)
 }
 
-/// An array that is open.
+/// Open file that contains an array.
 pub(super) struct ArrayFile<'r, R> {
     pub reader: &'r mut R,
-    /// Bytes of the array.
+    /// Size of the array, in bytes.
     pub size: u64,
-    /// Bytes of the file that it is in.
+    /// Size of the file that contains the array, in bytes.
     pub stored: u64,
-    /// Leaves bytes out.
+    /// Function that skips bytes.
     pub skip: fn(&mut R, u64) -> io::Result<()>,
 }
 
-/// Leaves bytes out where a reader can do nothing but read.
+/// Skips bytes of a reader that can only read.
 pub(super) fn skip_by_reading(reader: &mut impl Read, bytes: u64) -> io::Result<()> {
     io::copy(&mut reader.take(bytes), &mut io::sink()).map(drop)
 }
@@ -118,17 +119,17 @@ pub(super) fn series_from<R: Read>(
     Ok(adder.finish()?.of_element(element))
 }
 
-/// Writes a volume as an array `[z, y, x]`, or `[z, y, x, channel]` if it has several channels, of the type of
-/// its file; at once or not at all.
+/// Writes a volume as an array `[z, y, x]`, or `[z, y, x, channel]` if it has several channels,
+/// with the number type of its file, completely or not at all.
 ///
 /// # Errors
 ///
-/// Everything that [`atomic::write()`] reports.
+/// All errors of [`atomic::write()`].
 pub fn write<T: Sample>(path: &Path, volume: &Volume<T>) -> Result<(), FileError> {
     atomic::write(path, |file| write_to(file, volume))
 }
 
-/// Writes a volume to a file that is open.
+/// Writes a volume to an open file.
 pub(super) fn write_to<T: Sample>(
     file: &mut impl std::io::Write,
     volume: &Volume<T>,
@@ -137,7 +138,7 @@ pub(super) fn write_to<T: Sample>(
     npy::write_elements(file, volume.element(), &shape(volume), values)
 }
 
-/// The axes of an array with x fastest, or the channels if there are several.
+/// Returns the axes of an array with x fastest, or the channels if there are several.
 pub(super) fn shape<T: Sample>(volume: &Volume<T>) -> Vec<usize> {
     let [x, y, z] = volume.size();
     match volume.channels() {

@@ -1,4 +1,4 @@
-//! Volumes in archives of NumPy's arrays.
+//! Volumes in NPZ archives of NumPy arrays.
 //! <https://numpy.org/doc/stable/reference/generated/numpy.savez.html>
 
 use std::io::{Cursor, Read, Seek};
@@ -12,12 +12,13 @@ use super::{INFLATION, Options, Sample, Volume, choose, metered, npy};
 use crate::error::{FileError, Problem};
 use crate::{input, npz};
 
-/// Reads a volume from the array of the given name, stored or compressed; from the only one if none is given.
+/// Reads a volume from the array with the given name, stored or compressed, or from the only array
+/// if none is given.
 ///
 /// # Errors
 ///
-/// A file that cannot be read or is no such archive, an array that it does not have, and everything that
-/// [`npy::read`] reports.
+/// A file that cannot be read or is not such an archive, a missing array, and all errors of
+/// [`npy::read`].
 pub fn read<T: Sample>(path: &Path, options: Options) -> Result<Volume<T>, FileError> {
     let (reader, size) = input::open(path)?;
     read_from(reader, size, options).map_err(|problem| problem.at(path))
@@ -47,7 +48,7 @@ fn read_from<T: Sample>(
     Ok(volume.with_mentioned(place))
 }
 
-/// The numbers of an array that has so many, all of them finite.
+/// Returns the numbers of an array if there are `count` of them, all finite.
 fn numbers<R: Read + Seek>(
     archive: &mut ZipArchive<R>,
     name: &str,
@@ -98,9 +99,9 @@ pub(super) fn read_series(
     read().map_err(|problem| problem.at(path))
 }
 
-/// The name of the array that is meant.
+/// Returns the name of the requested array.
 fn chosen<R: Read + Seek>(archive: &ZipArchive<R>, options: Options) -> Result<String, Problem> {
-    // Other members are none of ours.
+    // Skip members that are not arrays.
     let arrays = archive.file_names().filter_map(Result::ok);
     let arrays = arrays.filter_map(|n| n.strip_suffix(".npy").map(str::to_owned));
     let arrays: Vec<String> = arrays.collect();
@@ -108,7 +109,7 @@ fn chosen<R: Read + Seek>(archive: &ZipArchive<R>, options: Options) -> Result<S
     Ok(names[choose(&names, options.dataset)?].to_owned())
 }
 
-/// Reads an array, of so many bytes, in a file of `size` bytes.
+/// Reads an array from an archive in a file of `size` bytes.
 fn with_array<T, R: Read + Seek>(
     archive: &mut ZipArchive<R>,
     name: &str,
@@ -117,7 +118,7 @@ fn with_array<T, R: Read + Seek>(
 ) -> Result<T, Problem> {
     let file = archive.by_name(&format!("{name}.npy")).map_err(bad)?;
     let length = file.size();
-    // Nothing is set aside for more than the archive can become.
+    // Check the size before allocation: the archive cannot become larger than this.
     if length > size.saturating_mul(INFLATION) {
         return Err(Problem::Truncated {
             expected: length,
@@ -127,11 +128,11 @@ fn with_array<T, R: Read + Seek>(
     npz::checked(file, |file| read(file, length))
 }
 
-/// Writes a volume as the array `name` of an archive, not compressed, in the order of [`npy::write`].
+/// Writes a volume as the array `name` of an uncompressed archive, in the order of [`npy::write`].
 ///
 /// # Errors
 ///
-/// Everything that [`atomic::write()`](crate::atomic::write()) reports.
+/// All errors of [`atomic::write()`](crate::atomic::write()).
 pub fn write<T: Sample>(path: &Path, volume: &Volume<T>, name: &str) -> Result<(), FileError> {
     let bytes = volume.data().len() * volume.element().size();
     npz::write(path, |archive| {

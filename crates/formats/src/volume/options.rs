@@ -1,22 +1,22 @@
-//! What a user has to say of a file.
+//! Options for reading volume files.
 
 use super::AxisOrder;
 use crate::error::Problem;
 use crate::input::Limits;
 
-/// What a user has to say of a file whose format leaves it open.
+/// Options for files whose format leaves properties undetermined.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Options<'a> {
-    /// Which axis is which.
+    /// Order of axes.
     pub axes: Option<AxisOrder>,
-    /// Which of several arrays is meant: its path or name.
+    /// Path or name of the array to read, if there are several.
     pub dataset: Option<&'a str>,
-    /// How much memory the file may take.
+    /// Limits of memory for the file.
     pub limits: Limits,
 }
 
 impl<'a> Options<'a> {
-    /// For a file of one array in a given order.
+    /// Makes options for a file of one array with a given order of axes.
     pub fn order(axes: AxisOrder) -> Self {
         Options {
             axes: Some(axes),
@@ -24,7 +24,7 @@ impl<'a> Options<'a> {
         }
     }
 
-    /// The same for one of several arrays.
+    /// Selects one of several arrays.
     #[must_use]
     pub fn of(self, dataset: &'a str) -> Self {
         Options {
@@ -33,13 +33,13 @@ impl<'a> Options<'a> {
         }
     }
 
-    /// The same for files that may take so much memory.
+    /// Sets the limits of memory.
     #[must_use]
     pub fn within(self, limits: Limits) -> Self {
         Options { limits, ..self }
     }
 
-    /// The order of axes, which must be given.
+    /// Returns the order of axes, which must be given.
     pub(super) fn axes(&self) -> Result<AxisOrder, Problem> {
         let message = "it does not say which axis is which: give the order of its axes (--axes, or axis_order in \
                        a scene), zyx if the last index runs along x, xyz if the first does";
@@ -47,7 +47,7 @@ impl<'a> Options<'a> {
     }
 }
 
-/// Which of several arrays is meant.
+/// Returns the index of the requested array.
 pub(super) fn choose(names: &[&str], name: Option<&str>) -> Result<usize, Problem> {
     let wanted = |i: &usize| name.is_none_or(|name| name == names[*i]);
     let wanted: Vec<usize> = (0..names.len()).filter(wanted).collect();

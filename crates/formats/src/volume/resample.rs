@@ -1,4 +1,4 @@
-//! Volumes of another number of samples in the same box.
+//! Resampling of volumes to another number of samples in the same box.
 
 use glam::{DMat3, DVec3};
 
@@ -6,13 +6,14 @@ use super::{Sample, Volume, VolumeFrame, layout};
 use crate::error::Problem;
 
 impl<T: Sample> Volume<T> {
-    /// The volume of `size` samples that fill the same box in the same way, at centres or nodes (centres if the file
-    /// says nothing): trilinear between samples, constant from the outermost on. Fewer samples are not means
-    /// over what lies between them. The same size gives the same values.
+    /// Resamples the volume to `size` samples that fill the box at centres or nodes like the
+    /// original samples (centres if the file does not state it). Values are trilinear between
+    /// samples, and constant beyond the outermost samples. Fewer samples are not averages over the
+    /// samples between them. An equal size gives equal values.
     ///
     /// # Errors
     ///
-    /// A size of zero, or that memory does not hold.
+    /// A size of zero, or a size that exceeds the memory.
     pub fn resampled(&self, size: [usize; 3]) -> Result<Self, Problem> {
         let count = layout::check(size, self.channels)?;
         let mut data = Vec::new();
@@ -55,7 +56,7 @@ impl<T: Sample> Volume<T> {
     }
 }
 
-/// The samples around a place on an axis, and how close it is to the second.
+/// Neighbouring samples of a position on an axis, and the fraction of the distance to the second.
 struct Between {
     low: usize,
     high: usize,
@@ -63,11 +64,11 @@ struct Between {
 }
 
 impl Between {
-    /// Around sample `at` of `new` ones, among `old` ones on the same length. In whole numbers, so that places
-    /// that agree do so exactly.
+    /// Returns the neighbours of sample `at` of `new` samples, among `old` samples on the same
+    /// length. Integer arithmetic makes coinciding positions exactly equal.
     fn of(at: usize, new: usize, old: usize, nodes: bool) -> Self {
         let (at, new, old) = (at as i128, new as i128, old as i128);
-        // The place in units of the old spacing, from the first old sample.
+        // Compute the position in units of the old spacing, from the first old sample.
         let (numerator, denominator) = if nodes && new > 1 && old > 1 {
             (at * (old - 1), new - 1)
         } else {
@@ -89,7 +90,7 @@ impl Between {
 }
 
 impl VolumeFrame {
-    /// The place of `new` samples in the box of `old` ones.
+    /// Returns the position of `new` samples in the box of `old` samples.
     fn divided(&self, old: [usize; 3], new: [usize; 3]) -> Self {
         if old == new {
             return *self;

@@ -1,9 +1,10 @@
 //! Mitsuba's `.vol` files, version 3.
 //!
-//! Little-endian: `VOL`, a byte with the version, the encoding, the sizes along x, y, z and the number of
-//! channels as 32-bit integers, the corners of the bounding box as six float32, then the values. Encodings
-//! are 1, float32; 2, float16; 3, uint8, where 0 to 255 stand for 0 to 1; 4, directions in 16 bits (Mitsuba
-//! 0.5 manual, `gridvolume`). Directions are refused.
+//! The file is little-endian. It has `VOL`, a byte with the version, and as 32-bit integers the
+//! encoding, the sizes along x, y, z and the number of channels. The corners of the bounding box
+//! follow as six float32, then the values. Encodings are 1, float32; 2, float16; 3, uint8, in which
+//! 0 to 255 represent 0 to 1; 4, directions in 16 bits (Mitsuba 0.5 manual, `gridvolume`).
+//! Directions are not supported.
 
 use std::io::{BufReader, Read, Write};
 use std::path::Path;
@@ -16,7 +17,7 @@ use crate::element::{Element, Encoding};
 use crate::error::{FileError, Problem};
 use crate::{atomic, binary, input};
 
-/// Bytes before the values.
+/// Size of the header, in bytes.
 const HEADER: usize = 48;
 const VERSION: u8 = 3;
 const FLOAT32: i32 = 1;
@@ -28,8 +29,8 @@ const DIRECTIONS: i32 = 4;
 ///
 /// # Errors
 ///
-/// A file that cannot be read, is no `.vol` file of version 3 with numbers, does not have the size that its
-/// header calls for, or holds NaN or infinite values.
+/// A file that cannot be read, is not a `.vol` file of version 3 with numbers, does not have the
+/// size that its header states, or contains NaN or infinite values.
 pub fn read<T: Sample>(path: &Path) -> Result<Volume<T>, FileError> {
     let (mut reader, size) = input::open(path)?;
     read_from(&mut reader, size).map_err(|problem| problem.at(path))
@@ -102,13 +103,13 @@ fn element(encoding: i32) -> Result<Element, Problem> {
     }
 }
 
-/// Writes a volume, at once or not at all, in half precision if it comes from such a file, else in single.
-/// The bounding box is that of the cells around the samples, unless these are turned: then that of the file
-/// that the volume comes from, or of the unit cube.
+/// Writes a volume, completely or not at all: in half precision if its file has it, else in single
+/// precision. The bounding box contains the cells around the samples, if they are aligned with the
+/// axes. Otherwise it is the box of the volume's file, or the unit cube.
 ///
 /// # Errors
 ///
-/// A size beyond 32 bits, and everything that [`atomic::write()`] reports.
+/// A size beyond 32 bits, and all errors of [`atomic::write()`].
 pub fn write<T: Sample>(path: &Path, volume: &Volume<T>) -> Result<(), FileError> {
     let [x, y, z] = volume.size();
     let element = Format::Vol.element(volume.element());

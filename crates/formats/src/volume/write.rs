@@ -1,4 +1,4 @@
-//! Writing volumes.
+//! Writing of volumes.
 
 use std::path::Path;
 
@@ -6,26 +6,27 @@ use super::{AxisOrder, Format, Sample, Volume, hdf5, mat, npy, npz, nrrd, vol, v
 use crate::element::Element;
 use crate::error::{FileError, Problem};
 
-/// What a file keeps of a volume.
+/// Properties of a written volume file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stored {
-    /// The type of its numbers.
+    /// Number type in the file.
     pub element: Element,
-    /// By how much rounding to this type changes a value at most.
+    /// Largest change of a value by rounding to this type.
     pub rounding: f64,
-    /// Whether it says where the samples are.
+    /// True if the file states the position of the samples.
     pub place: bool,
-    /// The order of axes by which it must be read, if its format does not say.
+    /// Order of axes for reading the file, if its format does not state it.
     pub axes: Option<AxisOrder>,
 }
 
-/// Writes a volume in the format that the extension tells, with numbers of the type that the volume's file has if
-/// the format has them ([`Format::element`]); as the array `name`, if arrays have names there. At once or not at all.
+/// Writes a volume in the format of the extension, completely or not at all. The number type comes
+/// from the volume's file, if the format has it ([`Format::element`]). The array is called `name`,
+/// if the format has names.
 ///
 /// # Errors
 ///
-/// An extension that no format has, a value beyond the range of the type, a name that is not made of letters,
-/// digits, `_`, `-` and `.`, and what the format's own function reports.
+/// An unknown extension, a value beyond the range of the type, a name with other characters than
+/// letters, digits, `_`, `-` and `.`, and the errors of the format's own function.
 pub fn write<T: Sample>(path: &Path, volume: &Volume<T>, name: &str) -> Result<Stored, FileError> {
     let format = Format::of(path).ok_or_else(|| Format::unknown().at(path))?;
     let stored = stored(format, volume).map_err(|problem| problem.at(path))?;

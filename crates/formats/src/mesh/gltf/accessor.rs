@@ -8,8 +8,7 @@ use crate::element::Element;
 use crate::error::Problem;
 
 impl Document<'_> {
-    /// Vectors with at least `N` components, of which the first `N` are returned. Normalised integers are in [0, 1]
-    /// or [−1, 1].
+    /// Returns the first `N` components of vectors. Normalised integers are in [0, 1] or [−1, 1].
     pub(super) fn vectors<const N: usize>(
         &self,
         accessor: usize,
@@ -33,7 +32,7 @@ impl Document<'_> {
             .collect())
     }
 
-    /// What to say of numbers that are in no buffer.
+    /// Makes a message about numbers that are in no buffer.
     fn no_data(&self) -> Problem {
         let used = list(&self.json, "extensionsUsed").iter();
         let used: Vec<&str> = used.filter_map(Value::as_str).collect();
@@ -45,14 +44,14 @@ impl Document<'_> {
         wrong(format!("some of its numbers are in no buffer{extensions}"))
     }
 
-    /// How many elements an accessor says that it has.
+    /// Returns the number of elements that an accessor states.
     pub(super) fn count(&self, accessor: usize) -> Result<u64, Problem> {
         let count = index(self.item("accessors", accessor)?, "count").unwrap_or(0);
-        // No buffer has more bytes.
+        // Limit the number by the size of the file: no buffer has more bytes.
         Ok((count as u64).min(self.size))
     }
 
-    /// Indices of vertices.
+    /// Returns the indices of vertices.
     pub(super) fn indices(&self, accessor: usize) -> Result<Vec<u32>, Problem> {
         let accessor = self.item("accessors", accessor)?;
         let kind = element(accessor)?;
@@ -64,7 +63,7 @@ impl Document<'_> {
         Ok(elements.map(|bytes| number(kind, bytes) as u32).collect())
     }
 
-    /// The bytes of each element of `size` bytes, checked to be there.
+    /// Returns the bytes of each element of `size` bytes, after checking that they exist.
     fn elements(
         &self,
         accessor: &Value,
@@ -117,7 +116,7 @@ fn element(accessor: &Value) -> Result<Element, Problem> {
     })
 }
 
-/// What numbers are multiplied by: normalised integers stand for fractions.
+/// Returns the factor on numbers: normalised integers represent fractions.
 fn scale(accessor: &Value) -> Result<f64, Problem> {
     let normalized = accessor["normalized"].as_bool().unwrap_or(false);
     Ok(match element(accessor)? {

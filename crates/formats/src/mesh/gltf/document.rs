@@ -1,4 +1,4 @@
-//! The structure of glTF files.
+//! Structure of glTF files.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -11,17 +11,17 @@ use super::wrong;
 use crate::error::Problem;
 use crate::input::Limits;
 
-/// Bytes that a value of JSON takes at most, with its name.
+/// Maximum memory for a JSON value with its name, in bytes.
 const VALUE: u64 = 128;
 
-/// A file with its buffers.
+/// File with its buffers.
 pub(super) struct Document<'a> {
     pub json: Value,
-    /// The bytes of all buffers: those of a file once, however many buffers it holds.
+    /// Bytes of all buffers. A file that several buffers share is stored once.
     pub data: Vec<Cow<'a, [u8]>>,
-    /// Which of them are those of each buffer.
+    /// Index into `data` of each buffer.
     pub buffers: Vec<usize>,
-    /// Bytes of the file, and of those that hold its buffers.
+    /// Size of the file and of the files of its buffers, in bytes.
     pub size: u64,
 }
 
@@ -72,14 +72,14 @@ impl<'a> Document<'a> {
         })
     }
 
-    /// One of the objects of a list.
+    /// Returns an item of a list.
     pub(super) fn item(&self, list: &str, index: usize) -> Result<&Value, Problem> {
         let item = self.json[list].get(index);
         item.ok_or_else(|| wrong(format!("there is no number {index} among its '{list}'")))
     }
 }
 
-/// The bytes of a buffer: in the file itself, in a text or in another file.
+/// Returns the bytes of a buffer: from the file itself, a text or another file.
 fn contents<'a>(
     uri: Option<&str>,
     binary: Option<&'a [u8]>,
@@ -100,7 +100,7 @@ fn contents<'a>(
     Ok(bytes.into())
 }
 
-/// Extensions that change the geometry, and are not read.
+/// Unsupported extensions that change the geometry.
 const NOT_READ: [&str; 4] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
@@ -108,7 +108,7 @@ const NOT_READ: [&str; 4] = [
     "KHR_meshopt_compression",
 ];
 
-/// Refuses a file that cannot be understood without an extension that is not read.
+/// Checks that the file does not require an unsupported extension.
 fn check_extensions(json: &Value) -> Result<(), Problem> {
     let mut required = list(json, "extensionsRequired")
         .iter()
@@ -121,7 +121,8 @@ fn check_extensions(json: &Value) -> Result<(), Problem> {
     }
 }
 
-/// At most so many values does a text in JSON have: each but the first follows a comma or begins a list or an object.
+/// Returns an upper bound of the number of values in a JSON text: each except the first follows a
+/// comma or begins a list or an object.
 fn values(text: &[u8]) -> u64 {
     let (mut count, mut inside, mut escaped) = (1, false, false);
     for byte in text {
@@ -136,7 +137,7 @@ fn values(text: &[u8]) -> u64 {
     count
 }
 
-/// Names of the files that hold buffers.
+/// Returns the names of the files of buffers.
 pub(super) fn data_files(bytes: &[u8], limits: Limits) -> Vec<String> {
     let text = parts(bytes).map_or(&[][..], |(text, _)| text);
     if limits
@@ -153,7 +154,7 @@ pub(super) fn data_files(bytes: &[u8], limits: Limits) -> Vec<String> {
     files.filter_map(name).collect()
 }
 
-/// The JSON of a file, and the buffer of a binary one.
+/// Returns the JSON of a file, and the buffer of a binary file.
 fn parts(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Problem> {
     if !bytes.starts_with(b"glTF") {
         return Ok((bytes, None));
@@ -169,7 +170,7 @@ fn early() -> Problem {
     wrong("the file ends early")
 }
 
-/// A chunk of a binary file: length, kind, content; and what follows.
+/// Splits a chunk of a binary file, which has length, kind and content, from the bytes after it.
 fn chunk<'b>(bytes: &'b [u8], kind: &[u8; 4]) -> Option<(&'b [u8], &'b [u8])> {
     let (head, rest) = bytes.split_at_checked(8)?;
     let length = u32::from_le_bytes(*head.first_chunk()?);
@@ -189,17 +190,17 @@ fn embedded(uri: &str) -> Result<Vec<u8>, Problem> {
         .map_err(|e| wrong(e.to_string()))
 }
 
-/// A list; empty if there is none.
+/// Returns a list; empty if there is none.
 pub(super) fn list<'v>(object: &'v Value, name: &str) -> &'v [Value] {
     object[name].as_array().map_or(&[], Vec::as_slice)
 }
 
-/// A whole number.
+/// Returns a whole number.
 pub(super) fn index(object: &Value, name: &str) -> Option<usize> {
     usize::try_from(object[name].as_u64()?).ok()
 }
 
-/// A list of so many numbers, if there is one.
+/// Returns a list of `N` numbers, if there is one.
 pub(super) fn numbers<const N: usize>(
     object: &Value,
     name: &str,

@@ -1,7 +1,8 @@
-//! glTF 2.0, as text or binary: the triangles of all nodes of a file's scene, in one mesh [Khronos 2021].
+//! glTF 2.0, text or binary: the triangles of all nodes of a file's scene, in one mesh [Khronos
+//! 2021].
 //!
-//! Materials, skins, morph targets and cameras are not read. A reader of our own: that of the crate `gltf` panics on
-//! damaged files.
+//! Materials, skins, morph targets and cameras are not read. This crate has its own reader, because
+//! the crate `gltf` panics on damaged files.
 
 mod accessor;
 mod document;
@@ -17,22 +18,22 @@ use crate::error::{FileError, Problem};
 use crate::input::{self, Limits};
 use document::{Document, index, list, numbers};
 
-/// Triangles of one file: nodes may show one mesh many times.
+/// Maximum number of triangles of a file: nodes may repeat a mesh many times.
 const MOST_TRIANGLES: u64 = 100_000_000;
-/// Bytes that a vertex and a triangle take at most while they are read.
+/// Maximum memory for a vertex and for a triangle while reading, in bytes.
 const VERTEX: u64 = 208;
 const TRIANGLE: u64 = 40;
-/// Modes of primitives; smaller ones are points and lines.
+/// Modes of primitives; smaller modes are points and lines.
 const TRIANGLES: usize = 4;
 const STRIP: usize = 5;
 const FAN: usize = 6;
 
-/// Reads a `.gltf` or `.glb` file, and the files that hold its buffers.
+/// Reads a `.gltf` or `.glb` file, and the files of its buffers.
 ///
 /// # Errors
 ///
-/// A file that cannot be read or is no glTF 2.0, without triangles, with sparse or compressed data, or whose numbers do
-/// not fit together.
+/// A file that cannot be read, is not glTF 2.0, has no triangles, has sparse or compressed data, or
+/// has inconsistent numbers.
 pub fn read(path: &Path, limits: Limits) -> Result<MeshData, FileError> {
     let bytes = input::read(path)?;
     let folder = path.parent().unwrap_or(Path::new(""));
@@ -63,7 +64,7 @@ pub fn parse(
     let roots = list(document.item("scenes", scene)?, "nodes");
     let mut open: Vec<(&Value, DAffine3)> = Vec::new();
     open.extend(roots.iter().rev().map(|root| (root, DAffine3::IDENTITY)));
-    // Every node has one parent at most, or the file has a cycle.
+    // Visit each node at most once: every node has at most one parent, or the file has a cycle.
     for _ in list(&document.json, "nodes") {
         let Some((number, outer)) = open.pop() else {
             break;
@@ -86,7 +87,7 @@ pub fn parse(
     }
 }
 
-/// Names of the files that hold the buffers of a file; none if it cannot be read.
+/// Returns the names of the files of a file's buffers; empty if the file cannot be read.
 pub fn data_files(path: &Path, limits: Limits) -> Vec<String> {
     let bytes = input::read(path).unwrap_or_default();
     document::data_files(&bytes, limits)
@@ -99,7 +100,8 @@ fn wrong(reason: impl Into<String>) -> Problem {
     }
 }
 
-/// Where a node stands in its parent: a matrix, column by column, or scale, rotation and translation.
+/// Returns the transform from a node to its parent: a matrix, column by column, or scale, rotation
+/// and translation.
 fn placement(node: &Value) -> Result<DAffine3, Problem> {
     if let Some(matrix) = numbers::<16>(node, "matrix")? {
         return Ok(DAffine3::from_mat4(DMat4::from_cols_array(&matrix)));
@@ -118,7 +120,7 @@ fn placement(node: &Value) -> Result<DAffine3, Problem> {
     ))
 }
 
-/// The mesh so far.
+/// Builder of the mesh.
 struct Builder<'a> {
     document: &'a Document<'a>,
     limits: Limits,
@@ -149,7 +151,7 @@ impl Builder<'_> {
         if let Some(bad) = order.iter().find(|i| **i as usize >= count) {
             return Err(wrong(format!("a triangle of vertex {bad}, of {count}")));
         }
-        // A mirrored part is wound the other way round.
+        // Reverse the winding of mirrored parts.
         let mirrored = frame.matrix3.determinant() < 0.0;
         for [a, b, c] in triangles(mode, &order)? {
             let [a, b, c] = [a, b, c].map(|i| i + first as u32);
@@ -159,11 +161,11 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// Refuses a part that would make the mesh too large: nodes may show one mesh many times.
+    /// Checks that a part does not make the mesh too large: nodes may repeat a mesh many times.
     fn check(&self, positions: usize, indices: Option<usize>) -> Result<(), Problem> {
         let more = |accessor| self.document.count(accessor);
         let vertices = self.mesh.positions.len() as u64 + more(positions)?;
-        // A strip has as many triangles as indices.
+        // Use the number of indices as bound of the number of triangles, which strips reach.
         let corners = indices.map_or(Ok(vertices), more)?;
         let triangles = self.mesh.triangles.len() as u64 + corners;
         if vertices.max(triangles) > MOST_TRIANGLES {
@@ -173,8 +175,9 @@ impl Builder<'_> {
         self.limits.permit(needed, 1, self.document.size)
     }
 
-    /// Normals and texture coordinates, which are zero where a part has none, and colours, if all parts have them. The latter two
-    /// are as in images: v grows downwards, and colours are linear.
+    /// Adds normals and texture coordinates, which are zero for parts without them, and colours, if
+    /// all parts have them. The latter two follow image conventions: v increases downwards, and
+    /// colours are linear.
     fn attributes(
         &mut self,
         attributes: &Value,
@@ -224,16 +227,16 @@ impl Builder<'_> {
     }
 }
 
-/// What is known of the first `count` vertices; zero where a part does not say.
+/// Extends the values of the first `count` vertices by zeros for parts without values.
 fn filled<T: Clone + Default>(known: &mut Option<Vec<T>>, count: usize) -> &mut Vec<T> {
     let known = known.get_or_insert_default();
     known.resize(count, T::default());
     known
 }
 
-/// The corners of triangles that are given one by one, in a strip or as a fan.
+/// Returns the corners of separate triangles, of a strip or of a fan.
 fn triangles(mode: usize, order: &[u32]) -> Result<Vec<[u32; 3]>, Problem> {
-    // Every other triangle of a strip is wound the other way round.
+    // Reverse the winding of every other triangle of a strip.
     let strip = |(i, c): (usize, &[u32])| match i % 2 {
         0 => [c[0], c[1], c[2]],
         _ => [c[1], c[0], c[2]],

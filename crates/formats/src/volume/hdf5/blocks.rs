@@ -1,4 +1,4 @@
-//! Datasets that are read block by block.
+//! Reading of datasets in blocks.
 
 use std::ops::Range;
 
@@ -9,21 +9,22 @@ use super::elements::Number;
 use crate::error::Problem;
 use crate::volume::layout::Layout;
 
-/// Numbers that are read at a time, unless a chunk of the file has more.
+/// Number of values that are read at a time, unless a chunk of the file has more.
 pub const BLOCK: usize = 1 << 20;
 
-/// An axis of a dataset.
+/// Axis of a dataset.
 struct BlockAxis {
     length: usize,
-    /// How far apart neighbours are in the volume.
+    /// Distance of neighbours in the volume.
     stride: usize,
-    /// What is read of it.
+    /// Range of the axis to read.
     range: Range<usize>,
-    /// How much of it a block has.
+    /// Length of a block along the axis.
     step: usize,
 }
 
-/// Hands over the numbers of a dataset that belong to some channels, each with its place in a volume.
+/// Passes the numbers of a dataset that belong to some channels to `sink`, each with its position
+/// in a volume.
 pub(super) fn each(
     data: &Dataset,
     layout: &Layout,
@@ -39,7 +40,7 @@ pub(super) fn each(
             .map(|(axis, start)| *start..axis.end_of_block(*start))
             .collect();
         read(data, &axes, &block, &mut sink)?;
-        // The next block: the last axis runs fastest.
+        // Advance to the next block, with the last axis fastest.
         let next = (0..axes.len())
             .rev()
             .find(|i| block[*i].end < axes[*i].range.end);
@@ -54,14 +55,15 @@ pub(super) fn each(
 }
 
 impl BlockAxis {
-    /// The end of the block from `start`: at multiples of the step, so that no chunk is in two blocks.
+    /// Returns the end of the block from `start`, at a multiple of the step, so that no chunk is in
+    /// two blocks.
     fn end_of_block(&self, start: usize) -> usize {
         let end = (start / self.step + 1).saturating_mul(self.step);
         end.min(self.range.end)
     }
 }
 
-/// The axes of a dataset, in blocks of whole chunks.
+/// Returns the axes of a dataset, in blocks of whole chunks.
 fn axes(data: &Dataset, layout: &Layout, channels: Range<usize>) -> Vec<BlockAxis> {
     let mut long = layout.long_axes();
     let chunks = data.chunks();
@@ -95,7 +97,7 @@ fn axes(data: &Dataset, layout: &Layout, channels: Range<usize>) -> Vec<BlockAxi
     axes
 }
 
-/// Hands over the numbers of a block.
+/// Passes the numbers of a block to `sink`.
 fn read(
     data: &Dataset,
     axes: &[BlockAxis],

@@ -6,12 +6,12 @@ use hdf5_reader::{ByteOrder, Dataset, Datatype, H5Type, Hdf5File};
 use crate::element::{Element, Encoding};
 use crate::error::Problem;
 
-/// A dataset that is a finite number.
+/// Returns a dataset that is a finite number.
 pub(super) fn number(file: &Hdf5File, name: &str) -> Option<f64> {
     numbers(file, name, 1).map(|numbers| numbers[0])
 }
 
-/// The numbers of a dataset that has so many, all of them finite.
+/// Returns the numbers of a dataset if there are `count` of them, all finite.
 pub(super) fn numbers(file: &Hdf5File, name: &str, count: usize) -> Option<Vec<f64>> {
     let data = file.dataset(name).ok()?;
     let (encoding, complex) = encoding(&data).ok()?;
@@ -25,7 +25,8 @@ pub(super) fn numbers(file: &Hdf5File, name: &str, count: usize) -> Option<Vec<f
     numbers.iter().all(|v| v.is_finite()).then_some(numbers)
 }
 
-/// The numbers of a dataset, and whether each element is two of them: a complex number, as h5py writes it.
+/// Returns the encoding of a dataset's numbers, and true if each element is two of them: a complex
+/// number, as h5py writes it.
 pub(super) fn encoding(data: &Dataset) -> Result<(Encoding, bool), Problem> {
     if let Datatype::Compound { size, fields } = data.dtype()
         && let [re, im] = &fields[..]
@@ -61,7 +62,7 @@ fn real(datatype: &Datatype) -> Result<Encoding, Problem> {
     })
 }
 
-/// A number of any type.
+/// Number of any type.
 #[derive(Clone)]
 pub(super) struct Number(pub f64);
 

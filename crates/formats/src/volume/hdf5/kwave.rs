@@ -1,5 +1,6 @@
-//! What files of k-Wave say of their arrays: which points of the simulation's grid a sensor has recorded, in which order, and where
-//! these are. k-Wave user manual 1.1, appendix B; arrays of MATLAB have their axes the other way round here.
+//! Metadata of arrays in k-Wave files: the recorded points of the simulation's grid, their order
+//! and their positions. See k-Wave user manual 1.1, appendix B. The axes of MATLAB arrays are
+//! reversed here.
 
 use glam::DVec3;
 use hdf5_reader::Hdf5File;
@@ -10,43 +11,43 @@ use crate::error::Problem;
 use crate::volume::AxisOrder;
 use crate::volume::layout::Layout;
 
-/// Cuboids of a sensor, at most.
+/// Maximum number of cuboids of a sensor.
 const MOST_CUBOIDS: u64 = 10_000;
-/// What to do about points that are no box.
+/// Advice for points that do not form a box.
 const RECORD_A_BOX: &str = "let the sensor record a cuboid (two corners), or the whole grid";
 
-/// The grid of a simulation.
+/// Grid of a simulation.
 struct Simulation {
-    /// Points along x, y, z.
+    /// Numbers of points along x, y, z.
     size: [usize; 3],
 }
 
-/// A box of the points of a grid.
+/// Box of points of a grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct PointBox {
     first: [usize; 3],
     size: [usize; 3],
 }
 
-/// An array that a sensor has recorded.
+/// Array that a sensor recorded.
 pub(super) struct Recorded {
     points: PointBox,
     pub layout: Layout,
 }
 
-/// The distances of points, in metres.
+/// Returns the distances of points, in metres.
 pub(super) fn spacing(file: &Hdf5File) -> Option<DVec3> {
     let number = |name| number(file, name).filter(|v| *v > 0.0);
     Some(DVec3::new(number("dx")?, number("dy")?, number("dz")?))
 }
 
-/// Seconds between instants.
+/// Returns the time step, in seconds.
 pub(super) fn time_step(file: &Hdf5File) -> Option<f64> {
     number(file, "dt").filter(|v| *v > 0.0)
 }
 
-/// What a dataset of a simulation's output is, if a sensor has recorded it: `[1, t, point]` at the points of a mask, or
-/// `[t, z, y, x]` in a cuboid, `/p/1` the first.
+/// Returns the layout of a dataset of a simulation's output, if a sensor recorded it: `[1, t,
+/// point]` at the points of a mask, or `[t, z, y, x]` in a cuboid, `/p/1` being the first.
 pub(super) fn recorded(
     file: &Hdf5File,
     name: &str,
@@ -83,7 +84,7 @@ pub(super) fn recorded(
 }
 
 impl Recorded {
-    /// The first of the points.
+    /// Returns the index of the first point.
     pub(super) fn first(&self) -> DVec3 {
         DVec3::from_array(self.points.first.map(|n| n as f64))
     }
@@ -99,7 +100,7 @@ impl Simulation {
         Some(Simulation { size })
     }
 
-    /// All points.
+    /// Returns the box of all points.
     fn whole(&self) -> PointBox {
         PointBox {
             first: [0; 3],
@@ -107,7 +108,7 @@ impl Simulation {
         }
     }
 
-    /// The box of the points of a mask, in whose order their columns are.
+    /// Returns the box of the points of a mask, whose order is the order of the columns.
     fn mask(&self, file: &Hdf5File, points: usize) -> Result<PointBox, Problem> {
         let [x, y, z] = self.size;
         let Ok(mask) = file.dataset("sensor_mask_index") else {
@@ -141,7 +142,7 @@ impl Simulation {
         })
     }
 
-    /// The point with an index of a mask, which counts from 1.
+    /// Returns the point of an index of a mask, which counts from 1.
     fn place(&self, index: f64) -> Option<[usize; 3]> {
         let [x, y, z] = self.size;
         let i = (index >= 1.0 && index.fract() == 0.0).then(|| index as usize - 1)?;
@@ -149,7 +150,7 @@ impl Simulation {
         (place[2] < z).then_some(place)
     }
 
-    /// A cuboid of the sensor, of which the first has the number 1.
+    /// Returns a cuboid of the sensor; the first has the number 1.
     fn cuboid(&self, file: &Hdf5File, number: usize) -> Result<PointBox, Problem> {
         let corners = file.dataset("sensor_mask_corners").map_err(|_| {
             let message = "it does not say where its cuboids are: 'sensor_mask_corners' is missing (--copy_sensor_mask of k-Wave)";
@@ -172,7 +173,7 @@ impl Simulation {
         })
     }
 
-    /// The box between two corners, both of which belong to it and count from 1.
+    /// Returns the box between two corners, inclusive, which count from 1.
     fn between(&self, corners: &[f64]) -> Option<PointBox> {
         let mut point_box = self.whole();
         for axis in 0..3 {
@@ -194,12 +195,12 @@ impl PointBox {
     }
 }
 
-/// The least and the greatest corner of points.
+/// Lower and upper corner of points.
 #[derive(Default)]
 struct Bounds {
     corners: Option<[[usize; 3]; 2]>,
     last: f64,
-    /// Whether a point is none of the grid, or comes before the one before.
+    /// True if a point is outside the grid, or its index does not exceed the previous index.
     bad: bool,
 }
 
@@ -217,7 +218,8 @@ impl Bounds {
         }
     }
 
-    /// The box of so many points, if they are all of it: they are different, as their indices grow.
+    /// Returns the box of `points` points, if they fill it. The points are distinct, because their
+    /// indices increase.
     fn as_box(&self, points: usize) -> Option<PointBox> {
         let [low, high] = self.corners.filter(|_| !self.bad)?;
         let point_box = PointBox {

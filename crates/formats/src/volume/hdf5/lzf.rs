@@ -1,17 +1,18 @@
-//! LZF, the fast filter of h5py: runs of literal bytes, and copies of what came before.
+//! LZF, the fast filter of h5py: runs of literal bytes, and copies of earlier bytes.
 //! <http://oldhome.schmorp.de/marc/liblzf.html>
 
 use hdf5_reader::FilterRegistry;
 use hdf5_reader::error::Error;
 
-/// Number of the filter among those registered with The HDF Group.
+/// Number of the filter, registered with The HDF Group.
 const LZF: u16 = 32000;
-/// Control bytes below this begin a run of literal bytes.
+/// Control bytes below this value begin a run of literal bytes.
 const LITERALS: u8 = 32;
-/// A copy whose length does not fit into its control byte has this there, and the rest in the next byte.
+/// Length in a control byte that indicates a longer copy, whose remaining length is in the next
+/// byte.
 const LONG: usize = 7;
 
-/// The filters of the reader and LZF, whose blocks may become `most` bytes.
+/// Returns the filters of the reader and LZF. Decompressed blocks have at most `most` bytes.
 pub(super) fn filters(most: usize) -> FilterRegistry {
     let mut filters = FilterRegistry::new();
     let damaged = || Error::FilterError("a block compressed by LZF is damaged".into());
@@ -20,7 +21,7 @@ pub(super) fn filters(most: usize) -> FilterRegistry {
     filters
 }
 
-/// The bytes that a block stands for; `None` if it is damaged, or stands for more than `most`.
+/// Decompresses a block; `None` if it is damaged, or longer than `most` bytes.
 fn decompress(block: &[u8], most: usize) -> Option<Vec<u8>> {
     let mut out = Vec::new();
     let mut rest = block;
@@ -39,7 +40,7 @@ fn decompress(block: &[u8], most: usize) -> Option<Vec<u8>> {
     Some(out)
 }
 
-/// Repeats earlier bytes, which may reach into what is being written; returns what follows.
+/// Repeats earlier bytes, which may overlap the output. Returns the bytes after the instruction.
 fn copy<'b>(control: u8, after: &'b [u8], out: &mut Vec<u8>) -> Option<&'b [u8]> {
     let (mut length, mut after) = (usize::from(control >> 5), after);
     if length == LONG {
@@ -62,10 +63,10 @@ mod tests {
 
     #[test]
     fn literals_and_copies() {
-        // "abc", then 5 bytes from 3 before: the copy repeats itself.
+        // Decode "abc", then 5 bytes from 3 bytes before: the copy repeats itself.
         let block = [2, b'a', b'b', b'c', 3 << 5, 2];
         assert_eq!(decompress(&block, 100).unwrap(), b"abcabcab");
-        // A long copy of one byte: 7 + 10 + 2.
+        // Decode a long copy of one byte: 7 + 10 + 2.
         let block = [0, b'x', 7 << 5, 10, 0];
         assert_eq!(decompress(&block, 100).unwrap(), [b'x'; 20]);
         assert_eq!(decompress(&block, 19), None);

@@ -1,4 +1,4 @@
-//! Volumes as datasets of HDF5 files, such as those of k-Wave.
+//! Volumes in datasets of HDF5 files, such as k-Wave's.
 
 mod blocks;
 mod elements;
@@ -23,14 +23,15 @@ use elements::encoding;
 pub use root::{StoredNumbers, numbers};
 pub use write::write;
 
-/// Reads a volume from the dataset whose path in the file is given: an array of three axes, or four with
-/// channels. `dx`, `dy` and `dz` beside it, as k-Wave has them, become the volume's box.
+/// Reads a volume from the dataset with a given path in the file: an array of three axes, or four
+/// with channels. If the file has `dx`, `dy` and `dz`, as k-Wave's files do, they give the volume's
+/// box.
 ///
 /// # Errors
 ///
-/// A file that cannot be read, or is no HDF5 file; a dataset or axis order that is not given; a dataset that the
-/// file does not have, or that has another number of axes or other elements than numbers; NaN or infinite
-/// values.
+/// A file that cannot be read, or is not an HDF5 file; a dataset or axis order that is not given; a
+/// dataset that is missing, or has another number of axes or elements that are not numbers; NaN or
+/// infinite values.
 pub fn read<T: Sample>(path: &Path, options: Options) -> Result<Volume<T>, FileError> {
     let (_, size) = input::open(path)?;
     let file = Hdf5File::open_with_options(path, limits(size, options)).map_err(describe);
@@ -49,7 +50,7 @@ pub fn parse<T: Sample>(bytes: &[u8], options: Options) -> Result<Volume<T>, Pro
     volume(&file, options, size)
 }
 
-/// No more memory than a file of `size` bytes may take, or compressed data in it can need.
+/// Limits memory to what a file of `size` bytes may take, and to what its compressed data can need.
 fn limits(size: u64, options: Options) -> OpenOptions {
     let most = size
         .saturating_mul(INFLATION)
@@ -85,21 +86,21 @@ pub fn parse_series(bytes: &[u8], options: Options, plan: &mut Plan) -> Result<S
     series(&file, options, size, plan)
 }
 
-/// Limits for what is read in blocks, so that no more chunks than a block has are kept.
+/// Limits memory for reading in blocks: the cache of chunks is no larger than a block.
 fn in_blocks(size: u64, options: Options) -> OpenOptions {
     limits(size, options).with_chunk_cache_bytes(BLOCK * size_of::<f64>())
 }
 
-/// The dataset that is meant, and how a volume is in it.
+/// Dataset to read, and the arrangement of the volume in it.
 struct Stored {
     data: Dataset,
     encoding: Encoding,
-    /// Whether each element is two numbers.
+    /// True if each element is two numbers.
     complex: bool,
     layout: Layout,
-    /// The box of the cells around the samples, in the file's coordinates.
+    /// Box of the cells around the samples, in the file's coordinates.
     bbox: Option<[DVec3; 2]>,
-    /// The place that a meter gave them.
+    /// Position of the samples in a file of a meter.
     metered: Option<VolumeFrame>,
 }
 
@@ -149,7 +150,7 @@ impl Stored {
         })
     }
 
-    /// Records what the file says of a volume.
+    /// Adds the file's metadata to a volume.
     fn record<T: Sample>(&self, volume: Volume<T>) -> Volume<T> {
         let volume = volume.with_element(self.encoding.element);
         let volume = volume.with_mentioned(self.metered);
@@ -160,11 +161,11 @@ impl Stored {
     }
 }
 
-/// The volume in a file of `size` bytes.
+/// Reads the volume in a file of `size` bytes.
 fn volume<T: Sample>(file: &Hdf5File, options: Options, size: u64) -> Result<Volume<T>, Problem> {
     let stored = Stored::of(file, options)?;
     let layout = &stored.layout;
-    // The values, and what they are made of.
+    // Check the memory for the values, and for the elements from which they are made.
     let each = size_of::<T>() + stored.encoding.element.size();
     options
         .limits
@@ -175,7 +176,7 @@ fn volume<T: Sample>(file: &Hdf5File, options: Options, size: u64) -> Result<Vol
     Ok(stored.record(volume))
 }
 
-/// The sums of a series in a file of `size` bytes.
+/// Reads the sums of a series in a file of `size` bytes.
 fn series(
     file: &Hdf5File,
     options: Options,
@@ -222,7 +223,7 @@ fn series(
     })
 }
 
-/// Says which datasets there are beside the one that is not.
+/// Makes a message that lists the existing datasets beside the missing one.
 fn missing(file: &Hdf5File, dataset: &str, error: hdf5_reader::error::Error) -> Problem {
     if is_virtual(&error) {
         return describe(error);
@@ -247,10 +248,10 @@ fn missing(file: &Hdf5File, dataset: &str, error: hdf5_reader::error::Error) -> 
     }
 }
 
-/// Class of the layout of virtual datasets.
+/// Layout class of virtual datasets.
 const VIRTUAL: u8 = 3;
 
-/// Returns whether a dataset is refused because it is virtual.
+/// Returns true if a dataset was rejected because it is virtual.
 fn is_virtual(error: &hdf5_reader::error::Error) -> bool {
     use hdf5_reader::error::Error::{Context, UnsupportedLayoutClass};
     match error {

@@ -1,4 +1,4 @@
-//! All numbers of a file, whatever their axes.
+//! Reader of all numbers of a file, with any axes.
 
 use super::elements::encoding;
 use super::{describe, limits};
@@ -10,28 +10,29 @@ use serde_json::Value;
 use std::collections::HashSet;
 use std::path::Path;
 
-/// What is in a file.
+/// Content of a file.
 pub struct FileNumbers {
-    /// Datasets with their paths, and what is wrong with those that cannot be read.
+    /// Datasets with their paths, and the problems of datasets that cannot be read.
     pub datasets: Vec<(String, Result<StoredNumbers, Problem>)>,
     /// Attributes of the root group that are texts or a number.
     pub attributes: Vec<(String, Value)>,
 }
 
-/// A dataset of numbers.
+/// Dataset of numbers.
 pub struct StoredNumbers {
-    /// With a last axis of two for complex numbers.
+    /// Shape of the dataset, with a last axis of two for complex numbers.
     pub shape: Vec<usize>,
-    /// Numbers; the last index runs fastest.
+    /// Numbers; the last index varies fastest.
     pub data: Vec<f64>,
     /// Attributes that are texts or a number.
     pub attributes: Vec<(String, Value)>,
 }
 
-/// Reads all datasets of numbers in all groups; others, and MATLAB's texts and its own groups, are left out.
+/// Reads all datasets of numbers in all groups. Other datasets, MATLAB's texts and MATLAB's own
+/// groups are skipped.
 ///
 /// # Errors
-/// The file cannot be read, or takes more memory than the limits.
+/// The file cannot be read, or takes more memory than the limits allow.
 pub fn numbers(path: &Path, memory: Limits) -> Result<FileNumbers, Problem> {
     let (_, size) = input::open(path).map_err(|error| error.problem)?;
     let options = limits(size, Options::default().within(memory));
@@ -43,7 +44,7 @@ pub fn numbers(path: &Path, memory: Limits) -> Result<FileNumbers, Problem> {
     let mut seen = HashSet::new();
     let mut groups = vec![(String::new(), root)];
     while let Some((path, group)) = groups.pop() {
-        // Links may make circles.
+        // Visit each group once: links may form cycles.
         if !seen.insert(group.address()) {
             continue;
         }
@@ -72,12 +73,12 @@ pub fn numbers(path: &Path, memory: Limits) -> Result<FileNumbers, Problem> {
     })
 }
 
-/// Whether numbers are the letters of a text of MATLAB.
+/// True if numbers are the characters of a MATLAB text.
 fn is_text(attributes: &[(String, Value)]) -> bool {
     (attributes.iter()).any(|(name, value)| name == "MATLAB_class" && value == "char")
 }
 
-/// The last part of a path.
+/// Returns the last part of a path.
 fn last(path: &str) -> &str {
     path.rsplit('/').next().unwrap_or(path)
 }
@@ -96,7 +97,7 @@ fn stored(
     shape.extend(is_complex.then_some(2));
     let parts = if is_complex { 2 } else { 1 };
     let count = dataset.num_elements().map_err(describe)?;
-    // The values, and what they are made of.
+    // Take memory for the values, and for the bytes from which they are made.
     budget.take(count.saturating_mul(parts), 2 * size_of::<f64>() as u64)?;
     let bytes = dataset.read_raw_bytes().map_err(describe)?;
     let mut data = Vec::with_capacity(bytes.len() / encoding.element.size());
@@ -110,7 +111,7 @@ fn stored(
     })
 }
 
-/// A text or a number.
+/// Returns an attribute that is a text or a number.
 fn value(attribute: &Attribute) -> Option<(String, Value)> {
     let text = attribute.read_string().map(Value::from);
     let value = text.or_else(|_| attribute.read_as_f64().map(Value::from));

@@ -1,4 +1,4 @@
-//! Writing datasets.
+//! Writing of datasets.
 
 use std::io;
 use std::path::Path;
@@ -15,7 +15,7 @@ use crate::volume::{Format, Sample, Volume, npy};
 ///
 /// # Errors
 ///
-/// Everything that [`atomic::write()`] reports, and what is no name of a dataset.
+/// All errors of [`atomic::write()`], and an invalid name of a dataset.
 pub fn write<T: Sample>(path: &Path, volume: &Volume<T>, name: &str) -> Result<(), FileError> {
     atomic::write(path, |file| {
         let shape: Vec<u64> = npy::shape(volume).iter().map(|n| *n as u64).collect();

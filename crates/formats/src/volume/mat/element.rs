@@ -1,4 +1,4 @@
-//! The elements of a MATLAB file: tags, and what stands before the numbers of an array.
+//! Elements of a MATLAB file: tags, and the data before the numbers of an array.
 
 use std::io::Read;
 
@@ -12,7 +12,7 @@ pub(super) const UINT32: u32 = 6;
 pub(super) const MATRIX: u32 = 14;
 pub(super) const COMPRESSED: u32 = 15;
 
-/// Numbers by the type of a tag.
+/// Number types by the type of a tag.
 const NUMBERS: [(u32, Element); 10] = [
     (1, Element::I8),
     (2, Element::U8),
@@ -25,7 +25,7 @@ const NUMBERS: [(u32, Element); 10] = [
     (12, Element::I64),
     (13, Element::U64),
 ];
-/// Numbers by the class of an array.
+/// Number types by the class of an array.
 const CLASSES: [(u8, Element); 10] = [
     (6, Element::F64),
     (7, Element::F32),
@@ -38,36 +38,36 @@ const CLASSES: [(u8, Element); 10] = [
     (14, Element::I64),
     (15, Element::U64),
 ];
-/// The flag of an array with an imaginary part.
+/// Flag of an array with an imaginary part.
 const COMPLEX: u8 = 8;
-/// More than a name or a shape has.
+/// Longest accepted name or shape, in bytes.
 const LONGEST: u32 = 1024;
 
-/// The type of a tag that holds numbers.
+/// Returns the number type of a tag.
 pub(super) fn number(kind: u32) -> Result<Element, Problem> {
     let found = NUMBERS.iter().find(|(k, _)| *k == kind);
     let other = || wrong(&format!("numbers of type {kind}"));
     found.map(|(_, element)| *element).ok_or_else(other)
 }
 
-/// The type of a tag and the class of an array of numbers of a type.
+/// Returns the type of a tag and the class of an array with a number type.
 pub(super) fn codes(element: Element) -> Option<(u32, u8)> {
     let kind = NUMBERS.iter().find(|(_, e)| *e == element)?.0;
     let class = CLASSES.iter().find(|(_, e)| *e == element)?.0;
     Some((kind, class))
 }
 
-/// What stands before data.
+/// Tag before data.
 pub(super) struct Tag {
     pub kind: u32,
-    /// Bytes of the data, without padding.
+    /// Size of the data without padding, in bytes.
     pub size: u32,
-    /// Data of up to four bytes, which the tag itself holds.
+    /// Data of up to four bytes, stored in the tag itself.
     pub small: Option<[u8; 4]>,
 }
 
 impl Tag {
-    /// Bytes of a tag.
+    /// Size of a tag, in bytes.
     pub(super) const SIZE: u64 = 8;
 
     pub(super) fn read(reader: &mut impl Read, big: bool) -> Result<Self, Problem> {
@@ -91,7 +91,7 @@ impl Tag {
         }
     }
 
-    /// The data, which must be short, of the given type.
+    /// Reads short data of the given type.
     fn short(reader: &mut impl Read, big: bool, kind: u32) -> Result<Vec<u8>, Problem> {
         let tag = Self::read(reader, big)?;
         if tag.kind != kind || tag.size > LONGEST {
@@ -109,7 +109,7 @@ impl Tag {
     }
 }
 
-/// What stands before the numbers of an array.
+/// Data before the numbers of an array.
 pub(super) struct Head {
     pub name: String,
     pub shape: Vec<usize>,
@@ -118,7 +118,7 @@ pub(super) struct Head {
 }
 
 impl Head {
-    /// Reads the head of an array of numbers; anything else is an error.
+    /// Reads the head of an array of numbers; other arrays are an error.
     pub(super) fn read(reader: &mut impl Read, big: bool) -> Result<Self, Problem> {
         let flags = Tag::short(reader, big, UINT32)?;
         let Some(flags) = flags.first_chunk().map(|bytes| word(*bytes, big)) else {

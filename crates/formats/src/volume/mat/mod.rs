@@ -1,4 +1,4 @@
-//! MATLAB's files, version 5 (`save -v6` and `-v7`): arrays with names, compressed or not.
+//! MATLAB files of version 5 (`save -v6` and `-v7`): arrays with names, compressed or not.
 //! "MAT-File Format", MathWorks, R2023a.
 
 mod element;
@@ -18,18 +18,18 @@ use element::{COMPRESSED, Head, MATRIX, Tag, number};
 
 pub use write::write;
 
-/// Bytes before the first element.
+/// Size of the file header, in bytes.
 const HEADER: usize = 128;
-/// How files of version 7.3 begin, which are HDF5 after a header of 512 bytes.
+/// Beginning of files of version 7.3, which are HDF5 after a header of 512 bytes.
 const LATER: &[u8; 10] = b"MATLAB 7.3";
 
-/// Reads a volume from the variable of the given name, from the only numeric one if none is given: an array of
-/// up to three axes, or four with channels. MATLAB leaves axes of length 1 at the end out.
+/// Reads a volume from the variable with the given name, or from the only numeric variable: an
+/// array of up to three axes, or four with channels. MATLAB omits trailing axes of length 1.
 ///
 /// # Errors
 ///
-/// A file that cannot be read or is not of version 5, an axis order that is not given, a variable that it does
-/// not have or that is complex, and NaN or infinite values.
+/// A file that cannot be read or is not of version 5, an axis order that is not given, a missing or
+/// complex variable, and NaN or infinite values.
 pub fn read<T: Sample>(path: &Path, options: Options) -> Result<Volume<T>, FileError> {
     let (mut reader, size) = input::open(path)?;
     read_from(&mut reader, size, options).map_err(|problem| problem.at(path))
@@ -58,32 +58,32 @@ fn read_from<T: Sample>(
     array(&mut contents, big, options, size)
 }
 
-/// A numeric array of any number of axes; the first index runs fastest.
+/// Numeric array of any number of axes; the first index varies fastest.
 pub struct StoredArray {
-    /// Length along each axis.
+    /// Length of each axis.
     pub shape: Vec<usize>,
-    /// Numbers.
+    /// Numbers of the array.
     pub data: Vec<f64>,
 }
 
-/// A name, and its array or what is wrong with it.
+/// Name of an array, and the array or its problem.
 pub(crate) type NamedArray = (String, Result<StoredArray, Problem>);
 
-/// Whether a file is one of MATLAB 7.3, which is HDF5.
+/// Returns true if a file is of MATLAB 7.3, which is HDF5.
 ///
 /// # Errors
 /// The file cannot be read.
 pub fn is_hdf5(path: &Path) -> Result<bool, Problem> {
     let (mut reader, _) = input::open(path).map_err(|error| error.problem)?;
     let mut start = [0; LATER.len()];
-    // A shorter file is told so when it is read.
+    // Accept shorter files: reading them reports the problem.
     Ok(reader.read_exact(&mut start).is_ok() && start == *LATER)
 }
 
-/// Reads all numeric arrays with their names, and says what is wrong with those that cannot be read.
+/// Reads all numeric arrays with their names, and the problems of arrays that cannot be read.
 ///
 /// # Errors
-/// The file cannot be read, or takes more memory than the limits.
+/// The file cannot be read, or takes more memory than the limits allow.
 pub fn numbers(path: &Path, limits: Limits) -> Result<Vec<NamedArray>, Problem> {
     let (mut reader, size) = input::open(path).map_err(|error| error.problem)?;
     let big = byte_order(&mut reader)?;
@@ -105,7 +105,7 @@ fn stored(
     let Head { shape, .. } = real_head(reader, big)?;
     let count = shape.iter().try_fold(1_usize, |all, n| all.checked_mul(*n));
     let count = count.ok_or_else(|| Problem::TooLarge(format!("an array of {shape:?}")))?;
-    // The values, and their copy in another order.
+    // Take memory for the values, and for their copy in another order.
     budget.take(count as u64, 2 * size_of::<f64>() as u64)?;
     let (encoding, mut bytes) = values(reader, big, count)?;
     let mut data = Vec::with_capacity(count);
@@ -114,7 +114,7 @@ fn stored(
     Ok(StoredArray { shape, data })
 }
 
-/// What is in a variable, after its tag.
+/// Returns a reader of the content of a variable, after its tag.
 fn contents<'r>(
     reader: &'r mut (impl Read + Seek),
     at: u64,
@@ -139,7 +139,7 @@ fn contents<'r>(
     Ok(inflated)
 }
 
-/// The head of an array of real numbers.
+/// Reads the head of an array of real numbers.
 fn real_head(reader: &mut impl Read, big: bool) -> Result<Head, Problem> {
     let head = Head::read(reader, big)?;
     if head.complex {
@@ -152,7 +152,7 @@ fn real_head(reader: &mut impl Read, big: bool) -> Result<Head, Problem> {
     Ok(head)
 }
 
-/// The numbers of an array of `count`, whose head has been read.
+/// Returns a reader of the `count` numbers of an array whose head has been read.
 fn values<'r>(
     reader: &'r mut Limited<impl Read>,
     big: bool,
@@ -178,7 +178,7 @@ fn values<'r>(
     Ok((Encoding { element, big }, bytes))
 }
 
-/// Reads a volume, of which the tag has been read, from a file of `size` bytes.
+/// Reads a volume, after its tag, from a file of `size` bytes.
 fn array<T: Sample>(
     reader: &mut Limited<impl Read>,
     big: bool,
@@ -198,7 +198,7 @@ fn array<T: Sample>(
     Ok(volume.with_element(head.element))
 }
 
-/// Whether the most significant byte of a number comes first.
+/// Returns true if the most significant byte of a number comes first.
 fn byte_order(reader: &mut impl Read) -> Result<bool, Problem> {
     let mut header = [0; HEADER];
     let cut = |_| wrong("it is shorter than a header");
@@ -215,13 +215,13 @@ fn byte_order(reader: &mut impl Read) -> Result<bool, Problem> {
     }
 }
 
-/// A numeric array, and where it begins.
+/// Name of a numeric array, and its offset in the file.
 struct Variable {
     name: String,
     at: u64,
 }
 
-/// All numeric arrays of a file.
+/// Lists all numeric arrays of a file.
 fn variables(
     reader: &mut (impl Read + Seek),
     big: bool,
@@ -241,7 +241,7 @@ fn variables(
             }
             _ => None,
         };
-        // What is no array of numbers, such as a text or a table, is none of ours.
+        // Skip variables that are not numeric arrays, such as texts or tables.
         if let Some(Ok(head)) = head {
             found.push(Variable {
                 name: head.name,
@@ -253,7 +253,7 @@ fn variables(
     Ok(found)
 }
 
-/// A reader that ends, and says how much is left.
+/// Reader of a limited number of bytes.
 struct Limited<R> {
     inner: R,
     left: u64,

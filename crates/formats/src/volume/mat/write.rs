@@ -1,4 +1,4 @@
-//! Writing a variable.
+//! Writing of variables.
 
 use std::io::Write;
 use std::path::Path;
@@ -10,15 +10,15 @@ use crate::element::Encoding;
 use crate::error::{FileError, Problem};
 use crate::volume::{Format, Sample, Volume};
 
-/// The longest name that MATLAB takes.
+/// Maximum length of a name in MATLAB.
 const LONGEST_NAME: usize = 63;
 
-/// Writes a volume as the variable `name`, an array (x, y, z), or (x, y, z, channel) if it has several channels;
-/// not compressed.
+/// Writes a volume as the uncompressed variable `name`, an array (x, y, z), or (x, y, z, channel)
+/// if it has several channels.
 ///
 /// # Errors
 ///
-/// What is no name of a variable, an array of 4 GiB or more, and everything that [`atomic::write()`] reports.
+/// An invalid name of a variable, an array of 4 GiB or more, and all errors of [`atomic::write()`].
 pub fn write<T: Sample>(path: &Path, volume: &Volume<T>, name: &str) -> Result<(), FileError> {
     let letters = |c: char| c.is_ascii_alphanumeric() || c == '_';
     let starts = name.starts_with(|c: char| c.is_ascii_alphabetic());
@@ -46,7 +46,7 @@ pub fn write<T: Sample>(path: &Path, volume: &Volume<T>, name: &str) -> Result<(
     let bytes = volume.data().len() * element.size();
     let padding = bytes.next_multiple_of(8) - bytes;
     let whole = size(head.len() + 8 + bytes + padding)?;
-    // The channels of a voxel are neighbours in a volume, but lie furthest apart here.
+    // Reorder channels: they are adjacent in a volume, but the slowest axis here.
     let data = volume.data();
     let one = |channel| data.iter().skip(channel).step_by(channels);
     let values = (0..channels).flat_map(one).map(|v| v.wide());
@@ -73,7 +73,7 @@ fn words(numbers: &[u32]) -> Vec<u8> {
     numbers.iter().flat_map(|n| n.to_le_bytes()).collect()
 }
 
-/// A tag and data, padded.
+/// Makes a tag with padded data.
 fn part(kind: u32, data: &[u8]) -> Vec<u8> {
     let mut bytes = words(&[kind, data.len() as u32]);
     bytes.extend(data);

@@ -1,17 +1,17 @@
-//! Names and values that a header of NRRD consists of.
+//! Names and values in the header of NRRD files.
 
 use std::io::{BufRead, Read};
 
 use super::bad;
 use crate::error::Problem;
 
-/// Longest header accepted, in bytes.
+/// Longest accepted header, in bytes.
 const LIMIT: u64 = 1 << 20;
 
 /// Names and values of a header.
 pub(super) struct Fields {
     list: Vec<(String, String)>,
-    /// Bytes of the header.
+    /// Size of the header, in bytes.
     pub bytes: u64,
 }
 
@@ -36,11 +36,12 @@ impl Fields {
             }
             let text = String::from_utf8_lossy(&line);
             let text = text.trim();
-            // Data follow an empty line; the header of other files may end without one.
+            // Stop at an empty line, after which data follow. The header of a separate file may end
+            // without one.
             if text.is_empty() {
                 return Ok(fields);
             }
-            // A colon and an equals sign are notes, which have no meaning here.
+            // Skip notes, which have `:=`.
             if let Some((name, value)) = text.split_once(": ").filter(|_| !text.starts_with('#')) {
                 let name = match name.trim().to_ascii_lowercase().as_str() {
                     "datafile" => "data file".to_owned(),
@@ -74,7 +75,7 @@ impl Fields {
         number.map_err(|_| bad(&format!("its '{name}' is '{text}'")))
     }
 
-    /// A value of several words.
+    /// Returns a value of several words.
     pub(super) fn all<T>(
         &mut self,
         name: &str,

@@ -1,4 +1,4 @@
-//! The header of an NRRD file.
+//! Header of NRRD files.
 
 use std::io::BufRead;
 
@@ -11,7 +11,7 @@ use crate::error::Problem;
 use crate::volume::layout::{AxisOrder, Layout};
 use crate::volume::{Options, VolumeFrame};
 
-/// How the numbers are written.
+/// Encoding of the numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Compression {
     None,
@@ -19,24 +19,24 @@ pub(super) enum Compression {
     Text,
 }
 
-/// What is known before the data. Axes are in the order of the file, the fastest first.
+/// Metadata before the data. Axes are in the order of the file, the fastest first.
 pub(super) struct Header {
     pub sizes: Vec<usize>,
     pub encoding: Encoding,
     pub compression: Compression,
-    /// The file with the data, if it is another one.
+    /// Name of the file with the data, if it is separate.
     pub data_file: Option<String>,
     pub line_skip: u64,
-    /// −1: the data are at the end.
+    /// Number of bytes to skip; −1 if the data are at the end.
     byte_skip: i64,
-    /// Steps along each axis that lies in space.
+    /// Steps along each axis; `None` for axes outside space.
     directions: Option<Vec<Option<DVec3>>>,
     spacings: Option<Vec<f64>>,
     origin: DVec3,
     nodes: bool,
-    /// The unit of space.
+    /// Unit of the space coordinates.
     pub unit: Option<String>,
-    /// Bytes of the header.
+    /// Size of the header, in bytes.
     pub bytes: u64,
 }
 
@@ -82,7 +82,7 @@ impl Header {
         })
     }
 
-    /// Which axis is which: as the user says, unless the file does.
+    /// Returns the order of axes: from the file if it has `space directions`, else from the user.
     pub(super) fn order(&self, options: Options) -> Result<AxisOrder, Problem> {
         let Some(directions) = &self.directions else {
             return options.axes();
@@ -100,7 +100,7 @@ impl Header {
         order.ok_or_else(other)
     }
 
-    /// Where the samples are.
+    /// Returns the position of the samples.
     pub(super) fn frame(&self, order: AxisOrder) -> Result<Option<VolumeFrame>, Problem> {
         let letters = order.to_string();
         let steps = match (&self.directions, &self.spacings) {
@@ -130,7 +130,7 @@ impl Header {
             .ok_or_else(degenerate)
     }
 
-    /// Bytes to skip before the data, of `left` that there are.
+    /// Returns the number of bytes to skip before the data, of `left` remaining bytes.
     pub(crate) fn skip_of(&self, layout: &Layout, left: u64) -> Result<u64, Problem> {
         let size = (layout.count() * self.encoding.element.size()) as u64;
         match (self.byte_skip, self.compression) {
@@ -141,7 +141,7 @@ impl Header {
     }
 }
 
-/// `(1,0,0)` or `none`.
+/// Parses `(1,0,0)` or `none`.
 fn vector(word: &str) -> Option<Option<DVec3>> {
     if word == "none" {
         return Some(None);
@@ -162,7 +162,7 @@ fn nodes(centers: Option<String>) -> Result<bool, Problem> {
     }
 }
 
-/// The first unit of several in quotation marks, unless it is empty.
+/// Returns the first of several units in quotation marks that is known.
 fn unit(units: Option<String>) -> Option<String> {
     let units = units?;
     let mut words = units.split('"').map(str::trim);

@@ -1,4 +1,4 @@
-//! NRRD, nearly raw raster data: a text header, and numbers in the same or another file.
+//! NRRD, nearly raw raster data: a text header, and numbers in the same file or another one.
 //! <https://teem.sourceforge.net/nrrd/format.html>
 
 mod fields;
@@ -18,15 +18,16 @@ use header::{Compression, Header};
 
 pub use write::write;
 
-/// Reads a volume. If the header has `space directions`, these are the volume's x, y and z, in the order of the
-/// file, and its place; else the user says which axis is which, and `spacings` are its place, with the first sample
-/// at the origin. Coordinates of all `space`s are used as they are.
+/// Reads a volume. If the header has `space directions`, they define the volume's x, y and z, in
+/// the order of the file, and its position. Otherwise the user gives the order of axes, and
+/// `spacings` define the position, with the first sample at the origin. Coordinates of all `space`s
+/// are used unchanged.
 ///
 /// # Errors
 ///
-/// A file that cannot be read or is no NRRD file, an axis order that is missing or not needed, data that are not
-/// in one file, compressed by other means than gzip, or not as many as the header says, and NaN or infinite
-/// values.
+/// A file that cannot be read or is not an NRRD file, an axis order that is missing or superfluous,
+/// data that are in several files, compressed by other means than gzip, or inconsistent with the
+/// header in number, and NaN or infinite values.
 pub fn read<T: Sample>(path: &Path, options: Options) -> Result<Volume<T>, FileError> {
     let read = || {
         let (mut reader, size) = input::open(path).map_err(|e| e.problem)?;
@@ -42,7 +43,7 @@ pub fn read<T: Sample>(path: &Path, options: Options) -> Result<Volume<T>, FileE
     read().map_err(|problem| problem.at(path))
 }
 
-/// The name of the file with the data, if the header at `path` stands alone and can be read.
+/// Returns the name of the file with the data, if `path` is a readable header without data.
 pub fn data_file(path: &Path) -> Option<String> {
     let (mut reader, _) = input::open(path).ok()?;
     Header::read(&mut reader).ok()?.data_file
@@ -68,7 +69,7 @@ fn in_file(name: &str, problem: Problem) -> Problem {
     Problem::Malformed(format!("its data file '{name}': {problem}"))
 }
 
-/// The volume whose values follow, after whatever is to be skipped, in the next `left` bytes.
+/// Reads the values of a volume, after skipped bytes, from the next `left` bytes.
 fn values<T: Sample>(
     mut reader: impl BufRead,
     mut left: u64,
@@ -133,7 +134,7 @@ fn values<T: Sample>(
     })
 }
 
-/// Skips bytes, as far as there are any; returns their number.
+/// Skips up to `bytes` bytes, and returns their number.
 fn skip(reader: &mut impl Read, bytes: u64) -> Result<u64, Problem> {
     let skipped = std::io::copy(&mut reader.take(bytes), &mut std::io::sink());
     skipped.map_err(Problem::Read)

@@ -1,4 +1,4 @@
-//! Writing NRRD, version 5.
+//! Writing of NRRD files, version 5.
 
 use std::fmt::Write as _;
 use std::io::Write;
@@ -11,11 +11,11 @@ use crate::element::{Element, Encoding};
 use crate::error::FileError;
 use crate::volume::{Format, Sample, Volume};
 
-/// Writes a volume with its place, raw, header and data in one file.
+/// Writes a volume with its position, raw, with header and data in one file.
 ///
 /// # Errors
 ///
-/// Everything that [`atomic::write()`] reports.
+/// All errors of [`atomic::write()`].
 pub fn write<T: Sample>(path: &Path, volume: &Volume<T>) -> Result<(), FileError> {
     let element = Format::Nrrd.element(volume.element());
     let values = volume.data().iter().map(|v| v.wide());
@@ -25,7 +25,7 @@ pub fn write<T: Sample>(path: &Path, volume: &Volume<T>) -> Result<(), FileError
     })
 }
 
-/// The fields, in which axes are listed from the fastest on.
+/// Makes the fields, with axes from the fastest to the slowest.
 fn header<T: Sample>(volume: &Volume<T>, element: Element) -> String {
     let frame = volume.place();
     let [x, y, z] = volume.size();

@@ -1,5 +1,5 @@
-//! Samples at many instants, of which sums over the instants are wanted. Files of NumPy and HDF5 are read in parts: beside the
-//! sums, memory does not grow with the number of instants.
+//! Sums over time series of volumes. Files of NumPy and HDF5 are read in parts: except for the
+//! sums, memory does not grow with the number of time steps.
 
 mod sums;
 
@@ -12,39 +12,39 @@ use crate::error::Problem;
 use crate::tensor::Tensor;
 pub(super) use sums::Adder;
 
-/// The most sums at a place.
+/// Maximum number of sums at a voxel.
 pub const MOST_SUMS: usize = 3;
 
-/// What is known of a series before its samples are read.
+/// Metadata of a series, which are known before its samples are read.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SeriesShape {
-    /// Number of frames, or of channels.
+    /// Number of frames or channels.
     pub frames: usize,
-    /// Seconds from a frame to the next, if the file says so.
+    /// Time between frames in seconds, if the file states it.
     pub time_step: Option<f64>,
 }
 
-/// The sums over the frames of a series that are wanted.
+/// Requested sums over the frames of a series.
 pub struct FrameSums {
-    /// The frames that count.
+    /// Range of the frames to use.
     pub used: Range<usize>,
-    /// Number of sums at each place, up to [`MOST_SUMS`].
+    /// Number of sums at each voxel, up to [`MOST_SUMS`].
     pub count: usize,
-    /// By what a frame is multiplied in each sum.
+    /// Weights of a frame in the sums.
     pub weights: Box<dyn Fn(usize) -> [f64; MOST_SUMS]>,
 }
 
-/// Decides what is wanted of a series.
+/// Function that chooses the sums for a series.
 pub type Plan<'p> = dyn FnMut(SeriesShape) -> Result<FrameSums, Problem> + 'p;
 
 /// Sums over the frames of a series.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {
-    /// The sums, as channels.
+    /// Sums, as channels.
     pub sums: Volume<f64>,
-    /// The sum of the squares of all samples that count.
+    /// Sum of the squares of all used samples.
     pub squares: f64,
-    /// What there was.
+    /// Metadata of the series.
     pub shape: SeriesShape,
 }
 
@@ -52,7 +52,7 @@ impl Series {
     /// Sums the frames of an array of 4 axes.
     ///
     /// # Errors
-    /// Those of [`Volume::of_tensor`] and of the plan.
+    /// The errors of [`Volume::of_tensor`] and of the plan.
     pub fn of_tensor(tensor: &Tensor, axes: AxisOrder, plan: &mut Plan) -> Result<Self, Problem> {
         let layout = Layout::new(tensor.shape(), false, axes)?;
         let mut adder = Adder::new(layout.size, shape(&layout, None), plan, |_, _| Ok(()))?;
@@ -63,7 +63,7 @@ impl Series {
         Ok(series.of_element(element_of(tensor)))
     }
 
-    /// The same of numbers of another type.
+    /// Returns the series with another number type.
     pub(super) fn of_element(self, element: Element) -> Self {
         Series {
             sums: self.sums.with_element(element),
@@ -89,7 +89,7 @@ impl Series {
     }
 }
 
-/// What a layout says of a series.
+/// Returns the metadata of a series with a layout.
 pub(super) fn shape(layout: &Layout, time_step: Option<f64>) -> SeriesShape {
     SeriesShape {
         frames: layout.channels,

@@ -1,19 +1,19 @@
-//! Adding samples up.
+//! Summation of samples.
 
 use super::{FrameSums, MOST_SUMS, Plan, Series, SeriesShape};
 use crate::error::Problem;
 use crate::volume::{Volume, place};
 use std::ops::Range;
 
-/// Adds the samples of a series up, in whatever order they come.
+/// Sums over the samples of a series, in any order.
 pub(in crate::volume) struct Adder {
     size: [usize; 3],
     shape: SeriesShape,
     wanted: FrameSums,
-    /// Those of a place are neighbours.
+    /// Sums; those at a voxel are adjacent.
     sums: Vec<f64>,
     squares: f64,
-    /// The frame of the sample before, and its weights.
+    /// Frame of the previous sample, and its weights.
     frame: usize,
     weights: [f64; MOST_SUMS],
     /// Index of the first value that is not finite, and the value.
@@ -21,7 +21,7 @@ pub(in crate::volume) struct Adder {
 }
 
 impl Adder {
-    /// For the sums that are wanted; `permit` says whether so many places may take so many bytes each.
+    /// Prepares the requested sums. `permit` checks a number of voxels, and the bytes for each.
     pub(in crate::volume) fn new(
         size: [usize; 3],
         shape: SeriesShape,
@@ -44,12 +44,12 @@ impl Adder {
         })
     }
 
-    /// The frames that count.
+    /// Returns the range of the frames to use.
     pub(in crate::volume) fn used(&self) -> Range<usize> {
         self.wanted.used.clone()
     }
 
-    /// Adds a value that would be at an index in the data of a volume whose channels are the frames.
+    /// Adds a value, given its index in the data of a volume whose channels are the frames.
     pub(in crate::volume) fn add(&mut self, index: usize, v: f64) {
         let (place, frame) = (index / self.shape.frames, index % self.shape.frames);
         if !self.wanted.used.contains(&frame) {
@@ -70,7 +70,7 @@ impl Adder {
         }
     }
 
-    /// The sums.
+    /// Returns the sums.
     pub(in crate::volume) fn finish(self) -> Result<Series, Problem> {
         if let Some((index, value)) = self.bad {
             let place = place(self.size, self.shape.frames, index);

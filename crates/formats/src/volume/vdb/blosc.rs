@@ -1,7 +1,7 @@
-//! Blosc 1, with LZ4 or zlib: `README_CHUNK_FORMAT.rst` of c-blosc.
+//! Blosc 1 with LZ4 or zlib: `README_CHUNK_FORMAT.rst` of c-blosc.
 //!
-//! A chunk is cut into blocks, a block into streams, each compressed on its own. The bytes of the numbers of a block
-//! may be shuffled: all first bytes, then all second ones, and so on.
+//! A chunk consists of blocks, and a block of streams, each compressed separately. The bytes of the
+//! numbers of a block may be shuffled: all first bytes, then all second bytes, and so on.
 
 use std::io::Read;
 
@@ -16,18 +16,19 @@ const BITS_SHUFFLED: u8 = 4;
 const WHOLE: u8 = 16;
 const LZ4: u8 = 1;
 const ZLIB: u8 = 3;
-/// Blocks of fewer numbers than this are one stream, as are those of longer numbers than the next.
+/// Minimum number of numbers of a block with several streams, and maximum size of their type in
+/// bytes.
 const FEWEST: usize = 128;
 const LONGEST: usize = 16;
-/// OpenVDB pads what it compresses to this many bytes.
+/// Number of bytes to which OpenVDB pads its data before compression.
 const PADDED: usize = 128;
 
-/// The first `size` bytes of a chunk, which has no others than padding.
+/// Returns the first `size` bytes of a chunk. All further bytes are padding.
 pub(super) fn unpack(bytes: &[u8], size: usize) -> Result<Vec<u8>, Problem> {
     let mut cursor = Bytes::new(bytes);
     let [_, _, flags, width] = cursor.array()?;
     let (whole, block) = (cursor.u32()? as usize, cursor.u32()? as usize);
-    cursor.u32()?; // The size of the chunk.
+    cursor.u32()?; // Skip the size of the chunk.
     if whole < size || whole > size.max(PADDED) || block == 0 || width == 0 {
         return Err(damaged());
     }
@@ -64,7 +65,7 @@ pub(super) fn unpack(bytes: &[u8], size: usize) -> Result<Vec<u8>, Problem> {
     Ok(out)
 }
 
-/// Appends what a stream of `size` bytes holds.
+/// Appends the content of a stream of `size` bytes.
 fn stream(cursor: &mut Bytes, codec: u8, size: usize, out: &mut Vec<u8>) -> Result<(), Problem> {
     let packed = cursor.sized()?;
     if packed.len() == size {
@@ -90,7 +91,7 @@ fn stream(cursor: &mut Bytes, codec: u8, size: usize, out: &mut Vec<u8>) -> Resu
     Ok(())
 }
 
-/// Numbers of `width` bytes in their order; what is left over is not shuffled.
+/// Restores the order of the bytes of numbers of `width` bytes. Remaining bytes are not shuffled.
 fn unshuffled(bytes: &[u8], width: usize) -> impl Iterator<Item = u8> {
     let count = bytes.len() / width;
     let (numbers, rest) = bytes.split_at(count * width);

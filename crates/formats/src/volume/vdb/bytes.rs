@@ -1,14 +1,14 @@
-//! Little-endian numbers and texts, one after the other.
+//! Reader of little-endian numbers and texts.
 
 use crate::error::Problem;
 
-/// What is left of a file.
+/// Remaining bytes of a file.
 #[derive(Clone)]
 pub(super) struct Bytes<'a> {
     left: &'a [u8],
 }
 
-/// The file ends before what it should hold.
+/// Error for a file that ends early.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct Cut;
 
@@ -23,7 +23,7 @@ impl<'a> Bytes<'a> {
         Bytes { left }
     }
 
-    /// How many bytes are left.
+    /// Returns the number of remaining bytes.
     pub(super) fn len(&self) -> usize {
         self.left.len()
     }
@@ -56,7 +56,7 @@ impl<'a> Bytes<'a> {
         Ok(f64::from_le_bytes(self.array()?))
     }
 
-    /// A length of 32 bits and so many bytes.
+    /// Reads a length of 32 bits, and as many bytes.
     pub(crate) fn sized(&mut self) -> Result<&'a [u8], Cut> {
         let size = self.u32()?;
         self.take(size as usize)

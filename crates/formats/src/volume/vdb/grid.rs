@@ -1,4 +1,4 @@
-//! What a file says of its grids: names, types, places.
+//! Metadata of grids in a file: names, types, positions.
 
 use glam::{DAffine3, DMat3, DMat4, DVec3};
 
@@ -6,24 +6,24 @@ use super::bytes::{Bytes, Cut};
 use crate::element::Element;
 use crate::error::Problem;
 
-/// The end of the name of a tree whose numbers are stored in half precision.
+/// Suffix of the name of a tree whose numbers are stored in half precision.
 const HALF: &str = "_HalfFloat";
-/// Between a name and the number that makes it unique.
+/// Separator between a name and the number that makes it unique.
 const SEPARATOR: char = '\u{1e}';
 
-/// A grid of floating-point numbers.
+/// Grid of floating-point numbers.
 pub(super) struct Descriptor {
     pub name: String,
-    /// The type of numbers in the tree.
+    /// Number type in the tree.
     pub tree: Element,
-    /// The type of numbers as they are stored: half precision, or that of the tree.
+    /// Number type in the file: half precision, or the type of the tree.
     pub element: Element,
-    /// Where the grid begins.
+    /// Offset of the grid in the file.
     pub at: usize,
 }
 
 impl Descriptor {
-    /// All grids of floating-point numbers of a file.
+    /// Returns all grids of floating-point numbers of a file.
     pub(super) fn all<'a>(cursor: &mut Bytes<'a>, file: &'a [u8]) -> Result<Vec<Self>, Problem> {
         let count = cursor.i32()?;
         let mut grids = Vec::new();
@@ -32,14 +32,14 @@ impl Descriptor {
             let kind = cursor.text()?;
             let parent = cursor.text()?;
             let at = cursor.i64()?;
-            cursor.take(8)?; // Where its values begin: after its tree.
+            cursor.take(8)?; // Skip the offset of the values, which follow the tree.
             let end = usize::try_from(cursor.i64()?).map_err(|_| Cut)?;
             let tree = match kind.trim_end_matches(HALF) {
                 "Tree_float_5_4_3" => Some(Element::F32),
                 "Tree_double_5_4_3" => Some(Element::F64),
                 _ => None,
             };
-            // Grids that share the tree of another have none of their own.
+            // Skip instances, which share the tree of another grid.
             if let Some(tree) = tree.filter(|_| parent.is_empty()) {
                 let name = name.split(SEPARATOR).next().unwrap_or_default();
                 grids.push(Descriptor {
@@ -53,7 +53,7 @@ impl Descriptor {
                     at: usize::try_from(at).map_err(|_| Cut)?,
                 });
             }
-            // The next descriptor follows the data of this grid. One that did not would be read again and again.
+            // Continue after the data of this grid. An earlier position would be read repeatedly.
             if end < file.len() - cursor.len() {
                 let message = "a grid that ends before it begins";
                 return Err(Problem::Malformed(message.into()));
@@ -64,7 +64,7 @@ impl Descriptor {
     }
 }
 
-/// Passes over names, types and values of metadata.
+/// Skips names, types and values of metadata.
 pub(super) fn skip_metadata(cursor: &mut Bytes) -> Result<(), Cut> {
     for _ in 0..cursor.u32()? {
         cursor.sized()?;
@@ -74,12 +74,12 @@ pub(super) fn skip_metadata(cursor: &mut Bytes) -> Result<(), Cut> {
     Ok(())
 }
 
-/// The map from the indices of voxels to the world.
+/// Returns the map from voxel indices to the world.
 pub(super) fn transform(cursor: &mut Bytes) -> Result<DAffine3, Problem> {
     let kind = cursor.text()?;
     let mut vector =
         || -> Result<DVec3, Cut> { Ok(DVec3::new(cursor.f64()?, cursor.f64()?, cursor.f64()?)) };
-    // Scales are followed by what follows from them: four vectors that are not needed.
+    // Skip four derived vectors after scales.
     match kind.as_str() {
         "UniformScaleMap" | "ScaleMap" => {
             let scale = vector()?;
@@ -101,7 +101,8 @@ pub(super) fn transform(cursor: &mut Bytes) -> Result<DAffine3, Problem> {
             for number in &mut numbers {
                 *number = cursor.f64()?;
             }
-            // Rows times matrix there, matrix times columns here.
+            // Read rows as columns: the file multiplies rows by a matrix, and this crate a matrix
+            // by columns.
             Ok(DAffine3::from_mat4(DMat4::from_cols_array(&numbers)))
         }
         other => Err(Problem::Unsupported(format!(

@@ -1,8 +1,9 @@
-//! OpenVDB: sparse grids of floating-point numbers, made dense within the box of their active voxels.
+//! OpenVDB: sparse grids of floating-point numbers, converted to dense grids within the box of
+//! active voxels.
 //!
-//! Read are grids of the usual tree (root, 32³, 16³, leaves of 8³) in files of version 222 (OpenVDB 3) and later,
-//! with any of their compressions, after OpenVDB's own reader: `io/Archive.cc`, `io/Compression.h`, `tree/`,
-//! openvdb.org.
+//! Supported are grids of the standard tree (root, 32³, 16³, leaves of 8³) in files of version 222
+//! (OpenVDB 3) and later, with zlib and Blosc compression. The reader follows OpenVDB's own:
+//! `io/Archive.cc`, `io/Compression.h`, `tree/`, openvdb.org.
 
 mod blosc;
 mod bytes;
@@ -23,24 +24,25 @@ use tree::Tree;
 
 /// First bytes of a file.
 const MAGIC: [u8; 8] = *b" BDV\0\0\0\0";
-/// The oldest version that is read: that of compressed nodes.
+/// Oldest supported version: the first with compressed nodes.
 const OLDEST: u32 = 222;
-/// Characters of the identifier of a file.
+/// Number of characters of the identifier of a file.
 const UUID: usize = 36;
 
-/// Reads the grid of the dataset's name; the only one of floating-point numbers if none is given.
+/// Reads the grid with the dataset's name, or the only grid of floating-point numbers if none is
+/// given.
 ///
 /// # Errors
 ///
-/// A file that cannot be read, is no OpenVDB file or an old one, a grid that it does not have or that has no active
-/// voxels, other compressions than zlib and Blosc with LZ4 or zlib, a dense grid beyond the limits of memory,
-/// and NaN and infinite values.
+/// A file that cannot be read, is not an OpenVDB file or is too old, a missing grid, a grid without
+/// active voxels, other compressions than zlib and Blosc with LZ4 or zlib, a dense grid beyond the
+/// limits of memory, and NaN and infinite values.
 pub fn read<T: Sample>(path: &Path, options: Options) -> Result<Volume<T>, FileError> {
     let bytes = input::read(path)?;
     parse(&bytes, options).map_err(|problem| problem.at(path))
 }
 
-/// Names of the grids of floating-point numbers.
+/// Returns the names of the grids of floating-point numbers.
 pub(super) fn names(path: &Path) -> Result<Vec<String>, FileError> {
     let bytes = input::read(path)?;
     let grids = descriptors(&bytes).map_err(|problem| problem.at(path))?;
@@ -85,7 +87,7 @@ pub fn parse<T: Sample>(bytes: &[u8], options: Options) -> Result<Volume<T>, Pro
     Ok(volume.with_element(grid.element).with_frame(frame))
 }
 
-/// The grids of floating-point numbers.
+/// Returns the grids of floating-point numbers.
 fn descriptors(bytes: &[u8]) -> Result<Vec<Descriptor>, Problem> {
     let mut cursor = Bytes::new(bytes);
     if cursor.array() != Ok(MAGIC) {
@@ -100,7 +102,7 @@ fn descriptors(bytes: &[u8]) -> Result<Vec<Descriptor>, Problem> {
             format!("OpenVDB files of version {version}; save it again with OpenVDB 3 or later");
         return Err(Problem::Unsupported(message));
     }
-    cursor.take(8)?; // The version of the library.
+    cursor.take(8)?; // Skip the version of the library.
     let [has_offsets] = cursor.array()?;
     if has_offsets == 0 {
         let message = "OpenVDB streams; save the grid as a file";

@@ -1,4 +1,4 @@
-//! The tree of a grid: a root, nodes of 32³ and 16³ children, leaves of 8³ voxels.
+//! Tree of a grid: a root, nodes of 32³ and 16³ children, leaves of 8³ voxels.
 
 use std::array::from_fn;
 use std::collections::HashSet;
@@ -8,44 +8,44 @@ use super::values::Coding;
 use crate::error::Problem;
 use crate::volume::Sample;
 
-/// The edge of a leaf in voxels, as a power of two.
+/// Edge of a leaf in voxels, as a power of two.
 const LEAF: u32 = 3;
-/// The same of a tile of the root.
+/// Edge of a tile of the root in voxels, as a power of two.
 const ROOT: u32 = 12;
-/// Of the two levels of nodes in between, the lower first: how many children there are along an edge, and the edge
-/// of a child in voxels, as powers of two.
+/// Numbers of children along an edge, and edges of a child in voxels, of the two levels of nodes
+/// between, the lower level first, as powers of two.
 const NODES: [(u32, u32); 2] = [(4, LEAF), (5, 7)];
 
-/// The index of a voxel. In 64 bits, so that no sum of those of a file overflows.
+/// Index of a voxel. It has 64 bits, so that no sum of indices in a file overflows.
 pub(super) type Index = [i64; 3];
 
-/// What a tree consists of below its root.
+/// Part of a tree below its root.
 enum NodePart<'a> {
-    /// A cube of voxels of one value, by its first voxel and its edge.
+    /// Cube of voxels of one value, by its first voxel and its edge.
     Tile {
         first: Index,
         edge: i64,
         value: f64,
         active: bool,
     },
-    /// A leaf, by its first voxel, and which of its voxels are active.
+    /// Leaf, by its first voxel, and the mask of its active voxels.
     Leaf { first: Index, active: &'a [u8] },
 }
 
-/// A tree without the values of its leaves.
+/// Tree without the values of its leaves.
 pub(super) struct Tree<'a> {
     coding: Coding<'a>,
     background: f64,
-    /// The file from the root's tiles on.
+    /// File content from the root's tiles onwards.
     root: Bytes<'a>,
-    /// The first voxels of all leaves.
+    /// First voxels of all leaves.
     leaves: Vec<Index>,
-    /// The least and the greatest active voxel.
+    /// Lower and upper corner of the active voxels.
     active: Option<[Index; 2]>,
 }
 
 impl<'a> Tree<'a> {
-    /// Reads the tree, after which come the values of its leaves.
+    /// Reads the tree. The values of its leaves follow in the file.
     pub(super) fn read(cursor: &mut Bytes<'a>, coding: Coding<'a>) -> Result<Self, Problem> {
         cursor.u32()?; // The number of buffers, which is always one.
         let background = coding.number(cursor)?;
@@ -81,8 +81,9 @@ impl<'a> Tree<'a> {
         Ok(tree)
     }
 
-    /// Hands over all that the tree consists of, in the order of the file. No two parts have a voxel in common, so that the
-    /// work of filling a box is in proportion to its size and that of the file.
+    /// Passes all parts of the tree to `visit`, in the order of the file. No two parts share a
+    /// voxel, so that the work of filling a box is proportional to its size and the size of the
+    /// file.
     fn walk(
         &self,
         cursor: &mut Bytes<'a>,
@@ -152,13 +153,14 @@ impl<'a> Tree<'a> {
         Ok(())
     }
 
-    /// The first active voxel, and how many the box of all has along x, y, z.
+    /// Returns the first active voxel, and the size of the box of all active voxels along x, y, z.
     pub(crate) fn active_box(&self) -> Option<(Index, [usize; 3])> {
         let [low, high] = self.active?;
         Some((low, from_fn(|i| (high[i] - low[i] + 1) as usize)))
     }
 
-    /// All values of the box of `size` voxels from `low` on, x fastest. Those of the leaves are next in the file.
+    /// Returns all values of the box of `size` voxels from `low` onwards, x fastest. The values of
+    /// the leaves are next in the file.
     pub(super) fn dense<T: Sample>(
         &self,
         cursor: &mut Bytes<'a>,
@@ -170,7 +172,8 @@ impl<'a> Tree<'a> {
             size,
             data: vec![T::nearest(self.background); size.iter().product()],
         };
-        // Once more, as tiles may take far more memory than the file.
+        // Read the tiles again instead of storing them: tiles may take far more memory than the
+        // file.
         self.walk(&mut self.root.clone(), &mut |part| {
             if let NodePart::Tile {
                 first, edge, value, ..
@@ -201,7 +204,7 @@ struct Dense<T> {
 }
 
 impl<T: Sample> Dense<T> {
-    /// Sets those of a cube from `first` on, as far as it is in the box, by their place in the cube.
+    /// Sets the values of a cube from `first` onwards, by position in the cube, within the box.
     fn fill(&mut self, first: Index, edge: i64, value: impl Fn([usize; 3]) -> f64) {
         let start: Index = from_fn(|i| first[i] - self.low[i]);
         let range = |i: usize| {
@@ -221,7 +224,8 @@ impl<T: Sample> Dense<T> {
     }
 }
 
-/// Where child `i` of a node with 2^`branch` along an edge is: z is fastest.
+/// Returns the position of child `i` in a node with 2^`branch` children along an edge: z is
+/// fastest.
 fn position(i: usize, branch: u32) -> Index {
     let mask = (1 << branch) - 1;
     let part = |shift: u32| (i >> shift & mask) as i64;
@@ -232,7 +236,7 @@ fn plus(a: Index, b: Index) -> Index {
     from_fn(|i| a[i] + b[i])
 }
 
-/// The box around two.
+/// Returns the box around two boxes.
 fn around(a: [Index; 2], b: [Index; 2]) -> [Index; 2] {
     [
         from_fn(|i| a[0][i].min(b[0][i])),
@@ -244,7 +248,7 @@ fn index(cursor: &mut Bytes) -> Result<Index, Problem> {
     Ok([cursor.i32()?, cursor.i32()?, cursor.i32()?].map(i64::from))
 }
 
-/// A bit of a mask.
+/// Returns a bit of a mask.
 pub(super) fn is_on(mask: &[u8], i: usize) -> bool {
     mask[i / 8] >> (i % 8) & 1 == 1
 }

@@ -1,4 +1,4 @@
-//! The values of a node, of which only some may be stored, compressed.
+//! Values of a node, of which only some may be stored, compressed.
 
 use std::borrow::Cow;
 use std::io::Read;
@@ -16,14 +16,14 @@ const ZIP: u32 = 1;
 const ACTIVE_MASK: u32 = 2;
 const BLOSC: u32 = 4;
 
-/// How values are stored.
+/// Encoding of stored values.
 pub(super) struct Coding<'a> {
     grid: &'a Descriptor,
     compression: u32,
 }
 
 impl<'a> Coding<'a> {
-    /// Voxels of a leaf.
+    /// Number of voxels of a leaf.
     pub(super) const LEAF: usize = 512;
 
     pub(super) fn new(grid: &'a Descriptor, compression: u32) -> Result<Self, Problem> {
@@ -35,7 +35,7 @@ impl<'a> Coding<'a> {
         }
     }
 
-    /// A single number, never in half precision.
+    /// Reads a single number, never in half precision.
     pub(super) fn number(&self, cursor: &mut Bytes) -> Result<f64, Cut> {
         match self.grid.tree {
             Element::F64 => cursor.f64(),
@@ -43,8 +43,8 @@ impl<'a> Coding<'a> {
         }
     }
 
-    /// The `count` values of a node. Of inactive ones there may be but one or two different, which a selection tells
-    /// apart; then only the active ones are stored.
+    /// Reads the `count` values of a node. If inactive voxels have only one or two different
+    /// values, a selection distinguishes them, and only the values of active voxels are stored.
     pub(super) fn values(
         &self,
         cursor: &mut Bytes,
@@ -84,7 +84,7 @@ impl<'a> Coding<'a> {
 
     fn numbers(&self, cursor: &mut Bytes, count: usize) -> Result<Vec<f64>, Problem> {
         let element = self.grid.element;
-        // Nothing at all is stored for no numbers in half precision.
+        // Return early: nothing is stored for zero numbers in half precision.
         if count == 0 && element == Element::F16 {
             return Ok(Vec::new());
         }
@@ -101,7 +101,8 @@ impl<'a> Coding<'a> {
         Ok(numbers)
     }
 
-    /// Bytes that are compressed, unless a negative size says that this did not pay.
+    /// Reads bytes. They are compressed, unless a negative size indicates that compression was not
+    /// worthwhile.
     fn unpack<'b>(&self, cursor: &mut Bytes<'b>, size: usize) -> Result<Cow<'b, [u8]>, Problem> {
         let packed = cursor.i64()?;
         let length = usize::try_from(packed.unsigned_abs()).map_err(|_| Cut)?;

@@ -1,4 +1,4 @@
-//! Where the samples of a `.vti` file are.
+//! Position of the samples of a `.vti` file.
 
 use glam::{DMat3, DVec3};
 use roxmltree::Node;
@@ -7,16 +7,16 @@ use super::bad;
 use crate::error::Problem;
 use crate::volume::VolumeFrame;
 
-/// The size of a grid and its place.
+/// Size and position of a grid.
 pub(super) struct Grid {
-    /// Samples along x, y, z.
+    /// Numbers of samples along x, y, z.
     pub size: [usize; 3],
-    /// Where they are.
+    /// Position of the samples.
     pub frame: VolumeFrame,
 }
 
 impl Grid {
-    /// As the attributes of the image and of its only piece say.
+    /// Reads the attributes of the image and of its only piece.
     pub(super) fn read(image: Node, piece: Node, on_points: bool) -> Result<Self, Problem> {
         let whole = extent(image, "WholeExtent")?;
         if extent(piece, "Extent")? != whole {
@@ -47,8 +47,8 @@ impl Grid {
     }
 }
 
-/// Number of samples along an axis, and where the first is, in units of the spacing. A single layer has no
-/// cells: its samples are at its points.
+/// Returns the number of samples along an axis, and the position of the first, in units of the
+/// spacing. A single layer has no cells: its samples are at its points.
 fn axis([low, high]: [i32; 2], on_points: bool) -> (usize, f64) {
     let cells = (i64::from(high) - i64::from(low)) as usize;
     match (cells, on_points) {

@@ -1,7 +1,7 @@
-//! VTK's XML image data (`.vti`): regular grids with their place in space.
+//! VTK's XML image data (`.vti`): regular grids with their position in space.
 //!
-//! Read are files of one piece with numbers of any type, as text, as base64 or appended, raw or as base64,
-//! uncompressed or by zlib: "VTK XML file formats", docs.vtk.org.
+//! Supported are files of one piece with numbers of any type, as text, base64 or appended data (raw
+//! or base64), uncompressed or compressed: "VTK XML file formats", docs.vtk.org.
 
 mod grid;
 mod payload;
@@ -20,21 +20,22 @@ use payload::{Appended, Payload};
 
 pub use write::write;
 
-/// Elements, texts and comments in a header at most.
+/// Maximum number of elements, texts and comments in a header.
 const MAX_NODES: u32 = 100_000;
 
-/// Reads the volume whose values are the array of the dataset's name: the only one if none is given.
+/// Reads the volume from the array with the dataset's name, or from the only array if none is
+/// given.
 ///
 /// # Errors
 ///
-/// A file that cannot be read, is no valid `.vti` file or one of several pieces, an array that it does not
-/// have, and NaN or infinite values.
+/// A file that cannot be read, is not a valid `.vti` file or has several pieces, a missing array,
+/// and NaN or infinite values.
 pub fn read<T: Sample>(path: &Path, options: Options) -> Result<Volume<T>, FileError> {
     let bytes = input::read(path)?;
     parse(&bytes, options).map_err(|problem| problem.at(path))
 }
 
-/// Names of the arrays.
+/// Returns the names of the arrays.
 pub(super) fn names(path: &Path) -> Result<Vec<String>, FileError> {
     let bytes = input::read(path)?;
     let found = split(&bytes).and_then(|(header, _)| {
@@ -67,7 +68,7 @@ pub fn parse<T: Sample>(bytes: &[u8], options: Options) -> Result<Volume<T>, Pro
     };
     let layout = Layout::plain(grid.size, channels)?;
     let payload = Payload::of(root, data)?;
-    // The values, and what they are made of.
+    // Check the memory for the values, and for the elements from which they are made.
     let each = size_of::<T>() + payload.element().size();
     options
         .limits
@@ -95,7 +96,7 @@ fn image<'a, 'i>(document: &'a Document<'i>) -> Result<Node<'a, 'i>, Problem> {
     child(root, "ImageData")
 }
 
-/// The part that is XML, and the appended data, whose raw bytes are none.
+/// Splits the XML part from the appended data, whose raw bytes are not XML.
 fn split(bytes: &[u8]) -> Result<(String, Option<Appended<'_>>), Problem> {
     const TAG: &[u8] = b"<AppendedData";
     let text = |bytes: &[u8]| {
@@ -119,7 +120,7 @@ fn split(bytes: &[u8]) -> Result<(String, Option<Appended<'_>>), Problem> {
     Ok((header, Some(appended)))
 }
 
-/// The arrays with their names, and whether their values sit on points.
+/// Returns the arrays with their names, and true for values at points.
 fn arrays<'a, 'i>(piece: Node<'a, 'i>) -> Vec<(&'a str, Node<'a, 'i>, bool)> {
     let of = |tag: &'static str, on_points: bool| {
         let groups = piece.children().filter(move |n| n.has_tag_name(tag));
@@ -129,7 +130,7 @@ fn arrays<'a, 'i>(piece: Node<'a, 'i>) -> Vec<(&'a str, Node<'a, 'i>, bool)> {
     of("PointData", true).chain(of("CellData", false)).collect()
 }
 
-/// The array with the given name, or the only one, and whether its values sit on points.
+/// Returns the array with the given name, or the only array, and true for values at points.
 fn choose<'a, 'i>(
     piece: Node<'a, 'i>,
     name: Option<&str>,

@@ -1,8 +1,8 @@
-//! The values of an array of a `.vti` file, however they are encoded.
+//! Values of an array of a `.vti` file, in any encoding.
 //!
-//! Binary data begin with a header of integers of 32 or 64 bits: the number of bytes; or, compressed, the
-//! number of blocks, the size of a block and of the last one if it differs, and the compressed sizes.
-//! "VTK XML Formats", docs.vtk.org.
+//! Binary data begin with a header of integers of 32 or 64 bits. Uncompressed, it is the number of
+//! bytes. Compressed, it is the number of blocks, the size of a block, the size of the last block
+//! if it differs, and the compressed sizes. "VTK XML Formats", docs.vtk.org.
 
 use std::borrow::Cow;
 use std::io::Read;
@@ -18,14 +18,14 @@ use crate::error::Problem;
 use crate::volume::layout::Layout;
 use crate::volume::{INFLATION, Sample};
 
-/// What follows the header of a file.
+/// Appended data after the XML part of a file.
 pub(super) struct Appended<'a> {
     bytes: &'a [u8],
     is_base64: bool,
 }
 
 impl<'a> Appended<'a> {
-    /// The bytes after the underscore.
+    /// Wraps the bytes after the underscore.
     pub(super) fn new(bytes: &'a [u8], is_base64: bool) -> Self {
         Appended { bytes, is_base64 }
     }
@@ -42,7 +42,7 @@ impl<'a> Appended<'a> {
     }
 }
 
-/// How numbers are written.
+/// Encoding of numbers.
 pub(super) struct Payload {
     encoding: Encoding,
     wide: bool,
@@ -57,7 +57,8 @@ enum Compression {
 }
 
 impl Compression {
-    /// Finds the compression by the name of the compressor in VTK; `None` if blocks are not compressed.
+    /// Returns the compression by VTK's name of the compressor; `None` if blocks are not
+    /// compressed.
     fn of(compressor: Option<&str>) -> Result<Option<Self>, Problem> {
         match compressor {
             None | Some("") => Ok(None),
@@ -69,7 +70,8 @@ impl Compression {
         }
     }
 
-    /// Appends what a block stands for. A block of LZ4 has `whole` bytes at most; neither becomes much more than `left`.
+    /// Appends a decompressed block. An LZ4 block has at most `whole` bytes. The output is limited
+    /// to about `left` bytes.
     fn expand(
         self,
         block: &[u8],
@@ -92,7 +94,7 @@ impl Compression {
 }
 
 impl Payload {
-    /// As the attributes of a file and of an array say.
+    /// Reads the encoding from the attributes of a file and of an array.
     pub(super) fn of(root: Node, data: Node) -> Result<Self, Problem> {
         Ok(Payload {
             encoding: Encoding {
@@ -104,12 +106,12 @@ impl Payload {
         })
     }
 
-    /// The type of numbers.
+    /// Returns the type of numbers.
     pub(super) fn element(&self) -> Element {
         self.encoding.element
     }
 
-    /// The values of an array.
+    /// Reads the values of an array.
     pub(super) fn values<T: Sample>(
         &self,
         data: Node,
@@ -135,7 +137,7 @@ impl Payload {
         layout.read(&mut &payload[..], self.encoding)
     }
 
-    /// One integer of a header, and what follows.
+    /// Reads one integer of a header. Returns it, and the bytes after it.
     fn header<'b>(&self, bytes: &'b [u8]) -> Result<(usize, &'b [u8]), Problem> {
         let size = if self.wide { 8 } else { 4 };
         let cut = || bad("the data of its array end early".into());
@@ -164,7 +166,7 @@ impl Payload {
         bytes: &[u8],
         expected: usize,
     ) -> Result<Vec<u8>, Problem> {
-        // Nothing is set aside for more than the data can become.
+        // Check the size before allocation: the data cannot become larger than this.
         if expected as u64 > (bytes.len() as u64).saturating_mul(INFLATION) {
             return Err(Problem::Truncated {
                 expected: expected as u64,
@@ -204,7 +206,7 @@ fn check_size(expected: usize, found: usize) -> Result<(), Problem> {
     }
 }
 
-/// VTK's word for numbers of a type.
+/// Returns VTK's name of a number type.
 pub(super) fn word(element: Element) -> &'static str {
     match element {
         Element::F16 | Element::F32 => "Float32",
@@ -226,8 +228,8 @@ fn element(name: &str) -> Result<Element, Problem> {
     found.ok_or_else(|| Problem::Unsupported(format!("numbers of type '{name}'")))
 }
 
-/// The bytes of base64 text, blanks left out. Header and data may be encoded apart: padding ends a part,
-/// not the whole.
+/// Decodes base64 text, ignoring blanks. Header and data may be encoded separately: padding ends a
+/// part, not the whole text.
 fn decode(text: &[u8]) -> Result<Vec<u8>, Problem> {
     let text: Vec<u8> = text
         .iter()

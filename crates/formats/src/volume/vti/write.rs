@@ -1,4 +1,4 @@
-//! Writing `.vti` files.
+//! Writing of `.vti` files.
 
 use std::io::Write;
 use std::path::Path;
@@ -11,12 +11,12 @@ use crate::element::Encoding;
 use crate::error::FileError;
 use crate::volume::{Format, Sample, Volume};
 
-/// Writes a volume as the array `name`, of points if the outermost samples sit on the faces of its box, else of
-/// cells; appended, raw.
+/// Writes a volume as the array `name`, as raw appended data. Values belong to points if the
+/// outermost samples lie on the faces of the box, else to cells.
 ///
 /// # Errors
 ///
-/// Everything that [`atomic::write()`] reports.
+/// All errors of [`atomic::write()`].
 pub fn write<T: Sample>(path: &Path, volume: &Volume<T>, name: &str) -> Result<(), FileError> {
     let element = Format::Vti.element(volume.element());
     let bytes = volume.data().len() as u64 * element.size() as u64;
@@ -33,7 +33,7 @@ fn header<T: Sample>(volume: &Volume<T>, name: &str, kind: &str) -> String {
     let frame = volume.place();
     let spacing = frame.spacing();
     let direction = frame.steps * DMat3::from_diagonal(spacing.recip());
-    // Of a cell, VTK's origin is the corner.
+    // Compute VTK's origin, which is the corner of a cell.
     let (group, origin, less) = if frame.nodes {
         ("PointData", frame.first, 1)
     } else {

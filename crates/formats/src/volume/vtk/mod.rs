@@ -18,18 +18,19 @@ use scan::{Array, File};
 
 pub use write::write;
 
-/// Reads the volume whose values are the array of the dataset's name: the only one if none is given.
+/// Reads the volume from the array with the dataset's name, or from the only array if none is
+/// given.
 ///
 /// # Errors
 ///
-/// A file that cannot be read or holds no structured points, an array that it does not have, numbers of a type
+/// A file that cannot be read or contains no structured points, a missing array, numbers of a type
 /// whose size differs between systems (`long`), and NaN and infinite values.
 pub fn read<T: Sample>(path: &Path, options: Options) -> Result<Volume<T>, FileError> {
     let (mut reader, size) = input::open(path)?;
     read_from(&mut reader, size, options).map_err(|problem| problem.at(path))
 }
 
-/// Names of the arrays.
+/// Returns the names of the arrays.
 pub(super) fn names(path: &Path) -> Result<Vec<String>, FileError> {
     let (mut reader, size) = input::open(path)?;
     let file = File::scan(&mut reader, size).map_err(|problem| problem.at(path))?;
@@ -77,7 +78,7 @@ fn read_from<T: Sample>(
     Ok(volume.with_frame(frame).with_element(array.element))
 }
 
-/// The number of samples, and where they are.
+/// Returns the number of samples along each axis, and their position.
 fn grid(file: &File, array: &Array) -> Result<([usize; 3], VolumeFrame), Problem> {
     let axis = |points: usize| match (array.on_points, points) {
         (true, _) | (_, 0 | 1) => (points, 0.0),
@@ -97,7 +98,7 @@ fn grid(file: &File, array: &Array) -> Result<([usize; 3], VolumeFrame), Problem
     }
 }
 
-/// VTK's word for numbers of a type.
+/// Returns VTK's name of a number type.
 fn word(element: Element) -> &'static str {
     match element {
         Element::F16 | Element::F32 => "float",

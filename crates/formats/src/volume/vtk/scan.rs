@@ -1,4 +1,4 @@
-//! What a `.vtk` file holds, and where.
+//! Scanner of the content of `.vtk` files.
 
 use std::io::{BufRead, Read, Seek, SeekFrom};
 
@@ -8,7 +8,7 @@ use super::{bad, word};
 use crate::element::Element;
 use crate::error::Problem;
 
-/// Longest line accepted, in bytes.
+/// Longest accepted line, in bytes.
 const LONGEST: u64 = 4096;
 
 /// An array of values.
@@ -16,15 +16,15 @@ pub(super) struct Array {
     pub name: String,
     pub element: Element,
     pub components: usize,
-    /// Values of all components.
+    /// Number of values of all components.
     pub count: usize,
     pub on_points: bool,
-    /// Where the values begin, and how long they are.
+    /// Offset and length of the values in the file, in bytes.
     pub at: u64,
     pub bytes: u64,
 }
 
-/// What a file holds.
+/// Content of a file.
 pub(super) struct File {
     pub binary: bool,
     pub dimensions: [usize; 3],
@@ -34,13 +34,14 @@ pub(super) struct File {
 }
 
 impl File {
-    /// Reads everything but the values of arrays.
+    /// Reads everything except the values of arrays.
     pub(super) fn scan(reader: &mut (impl BufRead + Seek), size: u64) -> Result<Self, Problem> {
         let mut scanner = Scanner {
             reader,
             size,
             binary: false,
-            // How many samples there are, and whether they sit on points; none before either is said.
+            // Store the number of samples, and true for samples at points, once the file states
+            // them.
             samples: None,
         };
         scanner.head()?;
@@ -95,7 +96,7 @@ struct Scanner<'r, R> {
 }
 
 impl<R: BufRead + Seek> Scanner<'_, R> {
-    /// The first lines: version, title, kind of data.
+    /// Reads the first lines: version, title, kind of data.
     fn head(&mut self) -> Result<(), Problem> {
         let version = self.raw_line()?;
         if !version.starts_with("# vtk DataFile Version") {
@@ -120,7 +121,8 @@ impl<R: BufRead + Seek> Scanner<'_, R> {
         array.ok_or_else(|| bad("SCALARS before POINT_DATA"))
     }
 
-    /// An array of a field. Those that belong neither to points nor to cells are passed over.
+    /// Reads an array of a field. Returns `None` for arrays that belong neither to points nor to
+    /// cells.
     fn field(&mut self) -> Result<Option<Array>, Problem> {
         loop {
             let line = self.line()?.unwrap_or_default();
@@ -135,7 +137,7 @@ impl<R: BufRead + Seek> Scanner<'_, R> {
         }
     }
 
-    /// An array whose values begin here; they are passed over.
+    /// Reads an array whose values begin at the current position, and skips the values.
     fn array(
         &mut self,
         name: &str,
@@ -185,7 +187,7 @@ impl<R: BufRead + Seek> Scanner<'_, R> {
         self.reader.stream_position().map_err(Problem::Read)
     }
 
-    /// The next line that is not empty; none at the end.
+    /// Returns the next line that is not empty; `None` at the end of the file.
     fn line(&mut self) -> Result<Option<String>, Problem> {
         loop {
             let line = self.raw_line()?;
@@ -195,7 +197,7 @@ impl<R: BufRead + Seek> Scanner<'_, R> {
         }
     }
 
-    /// The next line, with its end; empty at the end of the file.
+    /// Returns the next line with its line break; empty at the end of the file.
     fn raw_line(&mut self) -> Result<String, Problem> {
         let mut line = Vec::new();
         let mut limited = self.reader.by_ref().take(LONGEST);
@@ -208,7 +210,7 @@ impl<R: BufRead + Seek> Scanner<'_, R> {
         }
     }
 
-    /// Lines up to an empty one.
+    /// Skips lines up to an empty line.
     fn skip_paragraph(&mut self) -> Result<(), Problem> {
         while !self.raw_line()?.trim().is_empty() {}
         Ok(())
@@ -261,7 +263,7 @@ fn three<N: std::str::FromStr>([x, y, z]: [&str; 3]) -> Result<[N; 3], Problem> 
     Ok([number(x)?, number(y)?, number(z)?])
 }
 
-/// A name as it was before VTK wrote what is not a word as `%` and two hexadecimal digits.
+/// Decodes a name in which VTK wrote special characters as `%` and two hexadecimal digits.
 fn decoded(name: &str) -> String {
     let mut bytes = Vec::with_capacity(name.len());
     let mut rest = name.as_bytes();

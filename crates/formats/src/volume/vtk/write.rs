@@ -1,4 +1,4 @@
-//! Writing `.vtk` files.
+//! Writing of `.vtk` files.
 
 use std::io::Write;
 use std::path::Path;
@@ -11,15 +11,16 @@ use crate::element::Encoding;
 use crate::error::FileError;
 use crate::volume::{Format, Sample, Volume, VolumeFrame};
 
-/// Components that VTK's scalars have at most.
+/// Maximum number of components of VTK's scalars.
 const SCALARS: usize = 4;
 
-/// Writes a volume as the array `name`, of points if the outermost samples sit on the faces of its box, else of
-/// cells; binary. Steps that are not along x, y and z are beyond the format: only their lengths are kept.
+/// Writes a volume as the array `name`, in binary. Values belong to points if the outermost samples
+/// lie on the faces of the box, else to cells. The format has only steps along x, y and z: of other
+/// steps, only the lengths are kept.
 ///
 /// # Errors
 ///
-/// Everything that [`atomic::write()`] reports.
+/// All errors of [`atomic::write()`].
 pub fn write<T: Sample>(path: &Path, volume: &Volume<T>, name: &str) -> Result<(), FileError> {
     let element = Format::Vtk.element(volume.element());
     let values = volume.data().iter().map(|v| v.wide());
