@@ -1,4 +1,4 @@
-//! What a page shows.
+//! Items that a page shows.
 
 use crate::live::Live;
 use crate::picture::Picture;
@@ -11,30 +11,30 @@ use std::fmt;
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
-/// Whether a file is an image by its extension.
+/// True if a file is an image by its extension.
 fn is_image(path: &Path) -> bool {
     let extension = path.extension().and_then(|e| e.to_str());
     let extension = extension.map(str::to_ascii_lowercase);
     matches!(extension.as_deref(), Some("exr" | "png"))
 }
 
-/// One thing that a page shows.
+/// Item that a page shows.
 #[derive(Debug)]
 pub struct Item {
     pub(crate) name: String,
     pub(crate) content: Content,
-    /// The file from which it was read.
+    /// File from which the item was read.
     source: Option<Source>,
 }
 
-/// What an [`Item`] is.
+/// Content of an [`Item`].
 #[derive(Debug)]
 pub(crate) enum Content {
     /// An image of layers.
     Image(Arc<Picture>),
     /// Readings of meters, and other arrays.
     Arrays(Arrays),
-    /// An array that may be a picture.
+    /// An array that may be an image.
     Array(Box<PictureArray>),
     /// A scene.
     Scene(Box<Loaded>),
@@ -69,23 +69,23 @@ impl Content {
     }
 }
 
-/// An array of rows, columns and perhaps channels, or of other axes.
+/// Array of rows, columns and perhaps channels, or of other axes.
 #[derive(Debug)]
 pub(crate) struct PictureArray {
     pub(crate) arrays: Arrays,
-    /// Made when it is asked for.
+    /// Image of the array, made on first access.
     picture: OnceLock<Arc<Picture>>,
 }
 
 impl PictureArray {
-    /// Whether these are an array of rows, columns and perhaps channels.
+    /// True if the arrays are an array of rows, columns and perhaps channels.
     fn may_be(arrays: &Arrays) -> bool {
         let shape = &arrays.list[0].shape;
         matches!(shape.len(), 2 | 3) && !shape.contains(&0)
     }
 
-    /// Whether it is shown as a picture: if the page wants `image`, not if it wants `arrays`; unless it is told, if it has two
-    /// axes, or a third of 1, 3 or 4 channels.
+    /// Returns true to show the array as an image. The page may choose `image` or `arrays`;
+    /// otherwise, the array must have two axes, or a third axis of 1, 3 or 4 channels.
     pub(crate) fn is_wanted(&self, kind: &str) -> bool {
         match kind {
             "image" => true,
@@ -100,21 +100,21 @@ impl PictureArray {
     }
 }
 
-/// How files are read.
+/// Options for reading files.
 #[derive(Clone, Debug, Default)]
 pub struct ItemOptions {
     /// Values of parameters that a scene declares.
     pub defines: Vec<(String, String)>,
-    /// Memory that files may take.
+    /// Limits of memory for files.
     pub limits: Limits,
 }
 
-/// Why a file cannot be shown.
+/// Reason why a file cannot be shown.
 #[derive(Debug)]
 pub enum OpenError {
-    /// It cannot be read.
+    /// The file cannot be read.
     File(FileError),
-    /// It is a scene with mistakes.
+    /// The file is a scene with errors.
     Scene(Diagnostics),
 }
 
@@ -132,13 +132,14 @@ impl fmt::Display for OpenError {
 impl std::error::Error for OpenError {}
 
 impl Item {
-    /// Reads a file by its extension: an image (`.exr`, `.png`), readings of meters and other arrays (`.npz`, `.h5`, `.mat`),
-    /// volumes (`.nrrd`, `.vol`, `.vti`, `.vtk`, `.vdb`, `.nii`), or else a scene. An array of NumPy (`.npy`) is an image if it
-    /// has two axes, or a third of 1, 3 or 4 channels; pages can show it as slices, too.
+    /// Reads a file by its extension: an image (`.exr`, `.png`), readings of meters and other
+    /// arrays (`.npz`, `.h5`, `.mat`), volumes (`.nrrd`, `.vol`, `.vti`, `.vtk`, `.vdb`, `.nii`),
+    /// or else a scene. A NumPy array (`.npy`) is an image if it has two axes, or a third axis of
+    /// 1, 3 or 4 channels; pages can also show it as slices.
     ///
     /// # Errors
     ///
-    /// A file that cannot be read, or is not valid.
+    /// A file that cannot be read, or is invalid.
     pub fn open(path: &Path, options: &ItemOptions) -> Result<Self, OpenError> {
         let name = path.file_name().unwrap_or(path.as_os_str());
         let source = Some(Source::new(path, options));
@@ -149,11 +150,11 @@ impl Item {
         })
     }
 
-    /// The same read again, if its file has changed since.
+    /// Reads the item again, if its file has changed.
     ///
     /// # Errors
     ///
-    /// A file that has changed and can no longer be read.
+    /// A file that has changed and is no longer readable.
     pub(crate) fn renewed(&self) -> Result<Option<Self>, OpenError> {
         let Some(source) = self.source.as_ref().filter(|source| source.has_changed()) else {
             return Ok(None);
@@ -170,27 +171,27 @@ impl Item {
         }
     }
 
-    /// An image.
+    /// Makes an item of an image.
     pub fn image(name: String, image: ImageLayers) -> Self {
         Item::new(name, Content::Image(Arc::new(Picture::of(image))))
     }
 
-    /// Readings of meters.
+    /// Makes an item of readings of meters.
     pub fn arrays(name: String, arrays: Arrays) -> Self {
         Item::new(name, Content::Arrays(arrays))
     }
 
-    /// A scene.
+    /// Makes an item of a scene.
     pub fn scene(name: String, scene: Loaded) -> Self {
         Item::new(name, Content::Scene(Box::new(scene)))
     }
 
-    /// An image while it is rendered.
+    /// Makes an item of an image that is being rendered.
     pub fn live(name: String, live: Arc<Live>) -> Self {
         Item::new(name, Content::Live(live))
     }
 
-    /// The same under another name.
+    /// Renames the item.
     #[must_use]
     pub fn named(self, name: &str) -> Self {
         Item {
@@ -199,7 +200,7 @@ impl Item {
         }
     }
 
-    /// Its image, if it has one by now.
+    /// Returns the image of the item, if there is one yet.
     pub(crate) fn picture(&self) -> Option<Arc<Picture>> {
         match &self.content {
             Content::Image(picture) => Some(picture.clone()),

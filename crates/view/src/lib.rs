@@ -17,14 +17,14 @@ use std::io;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener};
 use std::sync::Arc;
 
-/// Where a page is served, and to whom.
+/// Address of a page, and access to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ViewOptions {
-    /// Address to listen at: only programs on this machine reach a loopback address.
+    /// Listening address: only programs on this machine reach a loopback address.
     pub listen: IpAddr,
-    /// Port; 0 for any that is free.
+    /// Port; 0 for any free port.
     pub port: u16,
-    /// Whether pages that this machine serves, such as notebooks, may hold the page in a frame.
+    /// True if pages from this machine, such as notebooks, may show the page in a frame.
     pub may_be_framed: bool,
 }
 
@@ -38,7 +38,7 @@ impl Default for ViewOptions {
     }
 }
 
-/// A page that is served until this is dropped.
+/// Page that is served until this object is dropped.
 #[derive(Debug)]
 pub struct ViewServer {
     server: Server,
@@ -46,11 +46,11 @@ pub struct ViewServer {
 }
 
 impl ViewServer {
-    /// Serves a page that shows these things.
+    /// Serves a page that shows some items.
     ///
     /// # Errors
     ///
-    /// An address that cannot be listened at, and a system without random numbers.
+    /// An unavailable address, or a system without random numbers.
     pub fn start(items: Vec<Item>, options: &ViewOptions) -> io::Result<Self> {
         let listener = TcpListener::bind(SocketAddr::new(options.listen, options.port))?;
         let guard = Guard::new(options.listen.is_loopback())?;
@@ -65,7 +65,7 @@ impl ViewServer {
         Ok(ViewServer { server, token })
     }
 
-    /// The address of the page, with the token without which nothing is served.
+    /// Returns the address of the page, with the token that every request needs.
     pub fn address(&self) -> String {
         format!("http://{}/{}/", self.server.address(), self.token)
     }

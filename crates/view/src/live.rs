@@ -1,7 +1,8 @@
-//! A render while it is made: the render leaves pictures here, the page takes them and leaves commands.
+//! Live pictures of a render: the render stores pictures here, and pages read them and send
+//! commands.
 //!
-//! The render never waits for a page, unless somebody has asked it to pause there: it makes a picture only if a page
-//! has asked for one since the last, and so rarely that this takes no more than a part in 250 of the time.
+//! The render never waits for a page, unless a page has paused the render. It makes a picture only
+//! if a page has requested one since the last. Pictures take at most 1/250 of the time.
 
 use crate::picture::Picture;
 use serde_json::{Value, json};
@@ -11,21 +12,22 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use transport::Film;
 
-/// Time between two pictures, at least; and in terms of the time that it takes to make one.
+/// Minimum time between two pictures: absolute, and as a multiple of the time that a picture takes.
 const INTERVAL: Duration = Duration::from_secs(1);
 const SHARE: u32 = 250;
-/// How long a page that asks for nothing still counts as one that is there. Browsers let pages in the background ask once a minute.
+/// Time since the last request after which a page counts as closed. Browsers let background pages
+/// send requests once a minute.
 const ABSENCE: Duration = Duration::from_secs(90);
-/// Time between two looks while the render is paused.
+/// Time between two checks while the render is paused.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// A render that pages watch.
+/// Render that pages watch.
 pub struct Live {
     channels: Vec<String>,
-    /// Ends the render.
+    /// Function that ends the render.
     stop: Box<dyn Fn() + Send + Sync>,
     state: Mutex<State>,
-    /// Whether a page wants a new picture.
+    /// True if a page requests a new picture.
     is_wanted: AtomicBool,
     is_stop_asked: AtomicBool,
     is_paused: AtomicBool,
@@ -34,7 +36,7 @@ pub struct Live {
 #[derive(Debug)]
 struct State {
     picture: Option<Arc<Picture>>,
-    /// Counts pictures.
+    /// Number of pictures so far.
     version: u64,
     progress: LiveProgress,
     mean: f64,
@@ -42,20 +44,20 @@ struct State {
     started: Instant,
     /// When the render ended.
     ended: Option<Instant>,
-    /// When the next picture may be made.
+    /// Time from which the next picture may be made.
     next: Instant,
-    /// When a page last asked.
+    /// Time of the last request of a page.
     asked: Option<Instant>,
 }
 
-/// How far a render has got.
+/// Progress of a render.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LiveProgress {
-    /// Samples per pixel that are there.
+    /// Samples per pixel so far.
     pub done: f64,
-    /// Samples per pixel that are wanted, if there is a limit.
+    /// Requested samples per pixel, if there is a limit.
     pub total: Option<f64>,
-    /// Time at which the render ends, if there is a limit.
+    /// Run time at which the render ends, if there is a limit.
     pub time: Option<Duration>,
 }
 
@@ -68,7 +70,7 @@ impl fmt::Debug for Live {
 }
 
 impl Live {
-    /// A render whose film has these channels; `stop` asks it to end.
+    /// Makes the state of a render whose film has these channels; `stop` requests its end.
     pub fn new(channels: Vec<String>, stop: impl Fn() + Send + Sync + 'static) -> Self {
         let now = Instant::now();
         Live {
@@ -91,7 +93,8 @@ impl Live {
         }
     }
 
-    /// Notes how far the render has got, and shows its film, unless nobody is looking or that has just been done.
+    /// Records the progress of the render, and makes a picture of its film, unless no page requests
+    /// one or the last is too recent.
     pub fn update(&self, film: &Film, progress: LiveProgress) {
         let now = Instant::now();
         {
@@ -101,12 +104,12 @@ impl Live {
                 return;
             }
         }
-        // Pages are answered in the meantime.
+        // Release the lock first, so that pages get responses while the picture is made.
         self.show(film);
         self.state().next = now + INTERVAL.max(SHARE * now.elapsed());
     }
 
-    /// Shows the film of a render that has ended.
+    /// Makes the picture of a finished render's film.
     pub fn finish(&self, film: &Film) {
         self.show(film);
         self.state().ended = Some(Instant::now());
@@ -121,12 +124,12 @@ impl Live {
         (state.mean, state.error) = (mean, error);
     }
 
-    /// Whether a page has asked the render to end.
+    /// Returns true if a page has requested the end of the render.
     pub(crate) fn is_stop_asked(&self) -> bool {
         self.is_stop_asked.load(Ordering::Acquire)
     }
 
-    /// Waits while a page asks the render to pause, as long as it is there, and until `is_over` says so.
+    /// Waits while a page pauses the render, until the page closes or `is_over` returns true.
     pub fn pause(&self, is_over: impl Fn() -> bool) {
         while self.is_paused.load(Ordering::Acquire) && !self.is_stop_asked() && !is_over() {
             if !self.is_watched() {
@@ -136,13 +139,13 @@ impl Live {
         }
     }
 
-    /// Whether a page is there, or was until a short time ago.
+    /// Returns true if a page is open, or was open recently.
     pub fn is_watched(&self) -> bool {
         let asked = self.state().asked;
         asked.is_some_and(|asked| asked.elapsed() < ABSENCE)
     }
 
-    /// Carries out a command of a page; `false` if there is no such command.
+    /// Executes a command of a page; returns `false` if there is no such command.
     pub(crate) fn command(&self, name: &str) -> bool {
         match name {
             "stop" => {
@@ -156,12 +159,13 @@ impl Live {
         true
     }
 
-    /// The latest picture.
+    /// Returns the latest picture.
     pub(crate) fn picture(&self) -> Option<Arc<Picture>> {
         self.state().picture.clone()
     }
 
-    /// How far the render has got, for a page, which then wants a new picture.
+    /// Returns the progress of the render for a page, and notes that the page requests a new
+    /// picture.
     pub(crate) fn status(&self) -> Value {
         let mut state = self.state();
         state.asked = Some(Instant::now());
@@ -192,7 +196,7 @@ impl Live {
 }
 
 impl LiveProgress {
-    /// Share of the samples, or of the time, that is over.
+    /// Returns the completed fraction of the samples or of the time, whichever is larger.
     fn fraction(&self, elapsed: f64) -> f64 {
         let work = self.total.map_or(0.0, |total| self.done / total);
         let time = self.time.map_or(0.0, |time| elapsed / time.as_secs_f64());
@@ -225,7 +229,7 @@ mod tests {
         live.update(&film(1.0), progress);
         assert_eq!(live.picture().unwrap().plane("", "Y").unwrap()[0], 1.0);
         std::thread::sleep(INTERVAL);
-        // Nobody has asked since.
+        // Expect no new picture: no page has requested one.
         live.update(&film(2.0), progress);
         assert_eq!(live.picture().unwrap().plane("", "Y").unwrap()[0], 1.0);
         let status = live.status();
@@ -235,7 +239,7 @@ mod tests {
         );
         live.update(&film(3.0), progress);
         assert_eq!(live.picture().unwrap().plane("", "Y").unwrap()[1], 3.0);
-        // Not so soon again, but at the end.
+        // Expect no new picture so soon, but one at the end.
         live.status();
         live.update(&film(4.0), progress);
         assert_eq!(live.status()["version"], 2);
@@ -249,7 +253,7 @@ mod tests {
         let live = Live::new(vec!["Y".into()], || {});
         live.pause(|| false);
         assert!(live.command("pause") && !live.command("shout"));
-        // No page has ever asked for anything.
+        // Return at once: no page has ever sent a request.
         live.pause(|| false);
         assert_eq!(live.status()["paused"], false);
         live.command("pause");

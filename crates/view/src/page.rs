@@ -1,4 +1,4 @@
-//! The page: its files are part of the program.
+//! Files of the page, which are part of the program.
 
 use crate::server::Response;
 
@@ -8,7 +8,7 @@ const STYLE: &str = "text/css; charset=utf-8";
 const ICON: &str = "image/svg+xml";
 const TEXT: &str = "text/plain; charset=utf-8";
 
-/// A table of files with their kinds, by their paths.
+/// Makes a table of files with their media types, by their paths.
 macro_rules! assets {
     ($($path:literal: $kind:ident),* $(,)?) => {
         &[$(($path, $kind, include_bytes!(concat!("../page/", $path)))),*]
@@ -40,7 +40,8 @@ const ASSETS: &[Asset] = assets![
     "vendor/LICENSES.txt": TEXT,
 ];
 
-/// The file at a path below the token, if the page has it: only the table is looked at, never the file system.
+/// Returns the file at a path after the token, if the page has it. Only the table is searched,
+/// never the file system.
 pub(crate) fn asset(path: &str) -> Option<Response> {
     let name = match path {
         "" => "index.html",
@@ -50,8 +51,8 @@ pub(crate) fn asset(path: &str) -> Option<Response> {
     found.map(|(_, kind, bytes)| Response::text(kind, *bytes))
 }
 
-/// The `Content-Security-Policy`: the page loads its own files and nothing else, and no other page holds it in a frame, unless
-/// pages of this machine may.
+/// Returns the `Content-Security-Policy`: the page loads only its own files, and no other page may
+/// show it in a frame, unless pages of this machine may.
 pub(crate) fn policy(may_be_framed: bool) -> String {
     let frames = if may_be_framed {
         "http://localhost:* http://127.0.0.1:* vscode-webview:"

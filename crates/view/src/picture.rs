@@ -9,10 +9,10 @@ use serde_json::{Value, json};
 use std::sync::Arc;
 use transport::Film;
 
-/// The values of a channel, row by row from the top left.
+/// Values of a channel, row by row from the top left.
 pub(crate) type Plane = Arc<Vec<f32>>;
 
-/// An image of layers with named channels.
+/// Image of layers with named channels.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Picture {
     pub(crate) width: usize,
@@ -43,7 +43,8 @@ impl Picture {
         }
     }
 
-    /// An array `[row, column]` or `[row, column, channel]`: three channels are red, green and blue, four have an opacity.
+    /// Makes an image from an array `[row, column]` or `[row, column, channel]`: three channels are
+    /// red, green and blue, a fourth is opacity.
     pub(crate) fn of_array(array: &Array) -> Self {
         let [height, width] = [array.shape[0], array.shape[1]];
         let count = array.shape.get(2).copied().unwrap_or(1);
@@ -68,11 +69,12 @@ impl Picture {
         }
     }
 
-    /// What a film holds so far: means, their variances, and numbers of samples.
+    /// Makes an image from the current state of a film: means, their variances, and numbers of
+    /// samples.
     pub(crate) fn of_film(film: &Film, channels: &[String]) -> Self {
         let pixels = 0..film.width() * film.height();
         let planes = |value: &(dyn Fn(usize, usize) -> f32 + Sync)| {
-            // The threads of the render have nothing else to do meanwhile.
+            // Use the threads of the render, which are idle meanwhile.
             let values = |c| pixels.clone().into_par_iter().map(move |i| value(c, i));
             let plane = |c| Arc::new(values(c).collect());
             let named = channels.iter().enumerate();
@@ -95,18 +97,18 @@ impl Picture {
         }
     }
 
-    /// The values of a channel.
+    /// Returns the values of a channel.
     pub(crate) fn plane(&self, layer: &str, channel: &str) -> Option<Plane> {
         let layer = self.layers.iter().find(|l| l.name == layer)?;
         let found = layer.channels.iter().find(|(name, _)| name == channel);
         found.map(|(_, values)| values.clone())
     }
 
-    /// A layer, with its variance, as an image of its own.
+    /// Returns a layer, with its variance, as a separate image.
     ///
     /// # Errors
     ///
-    /// A layer that there is not.
+    /// A layer that does not exist.
     pub(crate) fn focused(&self, layer: &str) -> Result<ImageLayers, Problem> {
         let variance = match layer {
             "" => "variance".to_owned(),
@@ -123,7 +125,7 @@ impl Picture {
         self.image(wanted.map(copy).collect()).focused(layer)
     }
 
-    /// All layers as an image.
+    /// Returns all layers as an image.
     pub(crate) fn whole(&self) -> ImageLayers {
         let copy = |layer: &PictureLayer| Layer {
             name: layer.name.clone(),
@@ -143,7 +145,8 @@ impl Picture {
         }
     }
 
-    /// The stops by which a screen brightens the main layer, or the first if there is none.
+    /// Returns the automatic exposure of the main layer, or of the first layer without one, in
+    /// stops.
     pub(crate) fn exposure(&self) -> f64 {
         let first = self.layers.iter().find(|l| l.name.is_empty());
         let first = first.or(self.layers.first());
@@ -152,7 +155,7 @@ impl Picture {
         Exposure::Auto.stops(shown.pixels.iter().copied())
     }
 
-    /// Its size, layers, channels and attributes.
+    /// Returns the size, layers, channels and attributes.
     pub(crate) fn json(&self) -> Value {
         let layer = |layer: &PictureLayer| {
             let channels: Vec<&String> = layer.channels.iter().map(|(name, _)| name).collect();

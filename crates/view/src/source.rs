@@ -1,10 +1,10 @@
-//! Files that are shown: whether they are still those that were read.
+//! Source files of items, and detection of changes.
 
 use crate::item::ItemOptions;
 use io::input::FileStamp;
 use std::path::{Path, PathBuf};
 
-/// A file, and what it was like when it was read.
+/// File, and its state when it was read.
 #[derive(Debug)]
 pub(crate) struct Source {
     pub(crate) path: PathBuf,
@@ -13,7 +13,7 @@ pub(crate) struct Source {
 }
 
 impl Source {
-    /// A file that is about to be read.
+    /// Records the state of a file before it is read.
     pub(crate) fn new(path: &Path, options: &ItemOptions) -> Self {
         Source {
             path: path.to_owned(),
@@ -22,7 +22,8 @@ impl Source {
         }
     }
 
-    /// Whether the file has been written since. One that is gone has not: what it held is still shown.
+    /// Returns true if the file has been written since. A deleted file counts as unchanged: its
+    /// content is still shown.
     pub(crate) fn has_changed(&self) -> bool {
         let now = FileStamp::of(&self.path);
         // Planted error "files shown as they once were", found by morgana-view/served::files_that_have_changed_are_read_again:

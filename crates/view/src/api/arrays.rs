@@ -1,4 +1,4 @@
-//! Readings of meters: arrays of any number of axes, as lines and slices of these.
+//! Arrays of any number of axes, such as readings of meters, as lines and slices.
 
 use super::{Failure, bad, not_found};
 use crate::server::{Request, Response};
@@ -6,7 +6,7 @@ use io::arrays::{Array, Arrays};
 use serde_json::{Value, json};
 use std::ops::Range;
 
-/// Names, axes and units, without the values.
+/// Describes names, axes and units, without the values.
 pub(super) fn describe(arrays: &Arrays) -> Value {
     let array = |array: &Array| {
         json!({
@@ -27,8 +27,9 @@ pub(super) fn describe(arrays: &Arrays) -> Value {
     })
 }
 
-/// Answers with the part of the array `name` that `part` tells: for each axis a number, to take that element, `*`, to take
-/// all, or `sum`, to add them up, separated by commas. Values run along the axes that are taken, the last one fastest.
+/// Responds with a part of the array `name`. `part` has a selector for each axis, separated by
+/// commas: the number of an element, `*` for all elements, or `sum` for their sum. Values are
+/// ordered along the axes with `*`, the last one fastest.
 pub(super) fn answer(arrays: &Arrays, request: &Request) -> Result<Response, Failure> {
     let name = request.parameter("name");
     let array = arrays.list.iter().find(|array| array.name == name);
@@ -46,7 +47,7 @@ pub(super) fn answer(arrays: &Arrays, request: &Request) -> Result<Response, Fai
     Ok(Response::floats(select(array, &axes?)))
 }
 
-/// What is taken of an axis.
+/// Selection along an axis.
 struct Selection {
     elements: Range<usize>,
     is_kept: bool,
@@ -70,7 +71,7 @@ impl Selection {
     }
 }
 
-/// Adds up what is selected over the axes that are not kept.
+/// Adds up the selected elements over the axes that are not kept.
 fn select(array: &Array, axes: &[Selection]) -> Vec<f32> {
     let kept = axes.iter().filter(|axis| axis.is_kept);
     let mut sums = vec![0.0f64; kept.map(|axis| axis.elements.len()).product()];
@@ -78,7 +79,7 @@ fn select(array: &Array, axes: &[Selection]) -> Vec<f32> {
     sums.into_iter().map(|v| v as f32).collect()
 }
 
-/// The same from an element of the array on, to an element of the result, along the first of the remaining axes.
+/// Adds up from an element of the array to an element of the result, along the remaining axes.
 fn add(array: &Array, axes: &[Selection], [from, to]: [usize; 2], sums: &mut [f64]) {
     let Some((axis, rest)) = axes.split_first() else {
         sums[to] += array.data[from];

@@ -8,11 +8,11 @@ use io::compare::flip::flip;
 use io::image::{ImageLayers, RgbImage};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Computes differences, and keeps those of the last request: a page asks for one channel after the other.
+/// Differences, with a cache of the last request: a page requests channels one after another.
 #[derive(Debug, Default)]
 pub(super) struct Differences(Mutex<Option<(Question, Answer)>>);
 
-/// What was asked for.
+/// Parameters of a request.
 #[derive(Debug)]
 struct Question {
     pictures: [Arc<Picture>; 2],
@@ -34,8 +34,9 @@ impl PartialEq for Question {
 }
 
 impl Differences {
-    /// Answers `kind=z`, differences by their standard errors of a `channel`, or `kind=flip`, visible differences where both
-    /// are brightened by `exposure` stops; of `layer` of the first image and `reference_layer` of the other.
+    /// Responds to `kind=z`, differences of a `channel` divided by their standard errors, or to
+    /// `kind=flip`, visible differences with both images brightened by `exposure` stops. The images
+    /// are `layer` of the first picture and `reference_layer` of the second.
     pub(super) fn answer(
         &self,
         pictures: [Arc<Picture>; 2],
@@ -87,7 +88,7 @@ impl Question {
     }
 }
 
-/// What a screen shows before it cuts off what is too bright.
+/// Returns an image for a screen, before clipping of bright values.
 fn exposed(image: &ImageLayers, stops: f64) -> RgbImage {
     let gain = stops.exp2() as f32;
     let mut shown = image.on_screen().unwrap_or_default();

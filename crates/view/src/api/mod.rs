@@ -1,4 +1,4 @@
-//! What the page asks for: values as binary numbers, all else as JSON.
+//! Interface of the page: values as binary numbers, all other data as JSON.
 
 mod arrays;
 mod difference;
@@ -12,26 +12,26 @@ use io::image::exr;
 use serde_json::{Value, json};
 use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard};
 
-/// Kinds of items between which a page may choose.
+/// Kinds of items that a page may choose.
 const IMAGE: &str = "image";
 const ARRAYS: &str = "arrays";
 
-/// Answers the page's requests about what it shows.
+/// Responds to the page's requests for items.
 #[derive(Debug)]
 pub(crate) struct Api {
-    /// What is shown, and what is wrong with a file that has changed since.
+    /// Items, and the problems of files that have changed.
     items: Vec<RwLock<Shown>>,
     differences: Differences,
 }
 
-/// An item, and what is wrong with its file by now.
+/// Item, and the problem of its file if that has changed.
 #[derive(Debug)]
 struct Shown {
     item: Arc<Item>,
     note: Option<String>,
 }
 
-/// Why a request has no answer, in words.
+/// Status and message of a failed request.
 type Failure = (Status, String);
 
 fn not_found(what: &str) -> Failure {
@@ -58,7 +58,7 @@ impl Api {
         }
     }
 
-    /// Answers a request for `api/items`, `api/difference`, or `api/NUMBER/WHAT`.
+    /// Responds to a request for `api/items`, `api/difference`, or `api/NUMBER/WHAT`.
     pub(crate) fn answer(&self, request: &Request, path: &str) -> Response {
         let path: Vec<&str> = path.split('/').collect();
         let answered = match (request.method, &path[..]) {
@@ -80,7 +80,7 @@ impl Api {
         Ok(read(shown).item.clone())
     }
 
-    /// What there is, for a page that begins: files that have changed are read again.
+    /// Lists all items for a new page, after reading changed files again.
     fn list(&self) -> Value {
         let list = self.items.iter().map(|shown| {
             renew(shown);
@@ -106,7 +106,7 @@ fn read(shown: &RwLock<Shown>) -> RwLockReadGuard<'_, Shown> {
     shown.read().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Reads the file of an item again if it has changed. Pages are answered in the meantime.
+/// Reads the file of an item again if it has changed. Other requests get responses meanwhile.
 fn renew(shown: &RwLock<Shown>) {
     let item = read(shown).item.clone();
     let renewed = item.renewed();
@@ -122,7 +122,8 @@ fn renew(shown: &RwLock<Shown>) {
     }
 }
 
-/// What there is of an item; of one that may be two kinds of things, what is `wanted`, or what it probably is.
+/// Describes an item. An item of two possible kinds is described as `wanted`, or as its probable
+/// kind.
 fn describe(item: &Item, wanted: &str) -> Value {
     let (kind, about) = match &item.content {
         Content::Image(picture) => (IMAGE, picture.json()),

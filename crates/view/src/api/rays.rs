@@ -9,13 +9,13 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 use transport::trace::{Branch, Path, TraceEnding, Tracer, branches};
 
-/// How far before a surface a connection starts that is to leave it on the side from which it was reached, relative to the
-/// size of the scene.
+/// Distance of the start of a connection before a surface, relative to the length of the ray, so
+/// that the connection leaves on the side of arrival.
 const BEFORE: f64 = 1e-6;
-/// Reflections that branches may have, at most.
+/// Maximum number of reflections of branches.
 const REFLECTIONS: u32 = 4;
 
-/// A ray to follow: through the middle of a pixel, or from a point in a direction of any length.
+/// Ray to trace: through the centre of a pixel, or from a point in a direction of any length.
 #[derive(Deserialize)]
 #[serde(untagged)]
 enum RayRequest {
@@ -23,7 +23,8 @@ enum RayRequest {
     Free { from: [f64; 3], direction: [f64; 3] },
 }
 
-/// Rays to find: from a point, or from the ray of a pixel (where it ends, or after some arc length), to a point or to an emitter.
+/// Rays to find: from a point, or from the ray of a pixel (its end, or a point at some arc length),
+/// to a point or to an emitter.
 #[derive(Deserialize)]
 struct ConnectRequest {
     from: Option<[f64; 3]>,
@@ -46,7 +47,7 @@ fn finite(x: [f64; 3]) -> Result<DVec3, Failure> {
         .ok_or_else(|| bad("numbers must be finite"))
 }
 
-/// Follows a ray until something ends it.
+/// Traces a ray to its end.
 pub(super) fn trace(loaded: &Loaded, body: &Value) -> Result<Response, Failure> {
     let path = match parse(body)? {
         RayRequest::Pixel { pixel } => of_pixel(loaded, pixel)?,
@@ -59,7 +60,7 @@ pub(super) fn trace(loaded: &Loaded, body: &Value) -> Result<Response, Failure> 
     Ok(json_response(&describe(loaded, &path)))
 }
 
-/// The ray through the middle of a pixel and of the lens.
+/// Traces the ray through the centre of a pixel and of the lens.
 fn of_pixel(loaded: &Loaded, [x, y]: [usize; 2]) -> Result<Path, Failure> {
     let scene = loaded.scene();
     let film = scene.film();
@@ -132,7 +133,8 @@ pub(super) fn connect(loaded: &Loaded, body: &Value) -> Result<Response, Failure
     })))
 }
 
-/// The point of a ray after some arc length, on the chord between two of its points: anything may start there.
+/// Returns the point of a ray at some arc length, on the chord between two of its points.
+/// Connections may start at any point.
 fn after(path: &Path, length: f64) -> Result<DVec3, Failure> {
     let found = path.points.windows(2).find(|pair| {
         let along = pair[0].arc_length..=pair[1].arc_length;
@@ -144,7 +146,7 @@ fn after(path: &Path, length: f64) -> Result<DVec3, Failure> {
     Ok(a.x.lerp(b.x, share))
 }
 
-/// A point just before the surface on which a ray ends.
+/// Returns a point just before the surface on which a ray ends.
 fn before_end(path: &Path) -> Result<DVec3, Failure> {
     let (Some(last), TraceEnding::Surface(_)) = (path.points.last(), path.ending) else {
         return Err(bad(

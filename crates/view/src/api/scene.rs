@@ -1,4 +1,4 @@
-//! Scenes as what a page draws: surfaces, media, emitters and what the sensor sees.
+//! Drawable content of scenes: surfaces, media, emitters and the view of the sensor.
 
 use super::{Failure, not_found};
 use crate::server::{Body, Response};
@@ -12,10 +12,10 @@ use transport::scene::{AMBIENT, Object};
 use transport::sensor::Sensor;
 use transport::shape::Shape;
 
-/// A shape of more triangles is shown as its box.
+/// Number of triangles above which a shape is shown as its box.
 const TRIANGLES: usize = 2_000_000;
 
-/// Everything but the triangles of the surfaces.
+/// Describes everything except the triangles of the surfaces.
 pub(super) fn describe(loaded: &Loaded) -> Value {
     let scene = loaded.scene();
     let objects = scene.objects().iter();
@@ -75,7 +75,8 @@ fn about_emitter(loaded: &Loaded, i: usize) -> Value {
     })
 }
 
-/// A point of an emitter to which rays are connected: where it is, or in the middle of the first surface that it covers.
+/// Returns a point of an emitter for connections: its position, or the centre of the first surface
+/// that it covers.
 pub(super) fn target(scene: &Scene, i: usize) -> Option<DVec3> {
     let emitter: &Emitter = scene.emitters().get(i)?;
     let covered = || {
@@ -88,7 +89,8 @@ pub(super) fn target(scene: &Scene, i: usize) -> Option<DVec3> {
     emitter.position().or_else(middle)
 }
 
-/// Rays through the corners of the picture, from the top left on clockwise, and through its middle.
+/// Describes rays through the corners of the picture, clockwise from the top left, and through its
+/// centre.
 fn about_sensor(scene: &Scene) -> Value {
     let film = scene.film();
     let [w, h] = [film.width, film.height].map(|n| n as f64);
@@ -103,8 +105,8 @@ fn about_sensor(scene: &Scene) -> Value {
     }
 }
 
-/// The triangles of an object: its number of corners and of triangles as two uint32, then coordinates as float32 and corners of
-/// triangles as uint32, all little-endian.
+/// Returns the triangles of an object: the numbers of vertices and of triangles as two uint32, then
+/// coordinates as float32 and vertices of triangles as uint32, all little-endian.
 pub(super) fn mesh(loaded: &Loaded, object: &str) -> Result<Response, Failure> {
     let objects = loaded.scene().objects();
     let object = object.parse().ok().and_then(|i: usize| objects.get(i));

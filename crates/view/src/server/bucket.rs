@@ -1,8 +1,8 @@
-//! A limit on rates.
+//! Rate limit.
 
 use std::time::Instant;
 
-/// A bucket of tokens that fills at a constant rate; each request takes one.
+/// Token bucket that fills at a constant rate; each request takes a token.
 #[derive(Debug)]
 pub(super) struct Bucket {
     rate: f64,
@@ -12,7 +12,7 @@ pub(super) struct Bucket {
 }
 
 impl Bucket {
-    /// A full bucket that fills by `rate` tokens per second.
+    /// Makes a full bucket that fills by `rate` tokens per second.
     pub(super) fn new(rate: f64, capacity: f64) -> Self {
         Bucket {
             rate,
@@ -22,7 +22,7 @@ impl Bucket {
         }
     }
 
-    /// Takes a token, if there is one.
+    /// Takes a token. Returns false if there is none.
     pub(super) fn take(&mut self, now: Instant) -> bool {
         let elapsed = now.saturating_duration_since(self.filled).as_secs_f64();
         self.filled = now;

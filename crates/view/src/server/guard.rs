@@ -1,43 +1,44 @@
-//! Who is served: those who know the token, and come from the page itself.
+//! Access control: requests must have the token, and come from the page itself.
 //!
-//! Other pages in the same browser can send requests here, too. They do not know the token; their requests tell their own
-//! `Origin`; and one whose name has been rebound to this machine's address (DNS rebinding) tells its name as `Host`.
+//! Other pages in the same browser can send requests, too. They do not know the token, and their
+//! requests have their own `Origin`. A page whose name was rebound to this machine's address (DNS
+//! rebinding) has its own name as `Host`.
 
 use super::{Request, Status};
 use std::fmt::Write;
 use std::io;
 use std::net::IpAddr;
 
-/// Random bytes of a token: nobody guesses 128 bits.
+/// Number of random bytes of a token: 128 bits cannot be guessed.
 const BYTES: usize = 16;
 
-/// What a request must have to be served.
+/// Conditions of access.
 #[derive(Debug)]
 pub(crate) struct Guard {
     token: String,
-    /// Whether only this machine is served.
+    /// True if only clients on this machine have access.
     is_loopback: bool,
 }
 
 impl Guard {
-    /// With a token of its own.
+    /// Makes a guard with a random token.
     pub(crate) fn new(is_loopback: bool) -> io::Result<Self> {
         let mut bytes = [0; BYTES];
         getrandom::fill(&mut bytes).map_err(io::Error::other)?;
         let token = bytes.iter().fold(String::new(), |mut token, byte| {
-            // Writing to a string cannot fail.
+            // Ignore the result: writing to a string cannot fail.
             let _ = write!(token, "{byte:02x}");
             token
         });
         Ok(Guard { token, is_loopback })
     }
 
-    /// The first part of the paths that are served.
+    /// Returns the token, the first part of the paths.
     pub(crate) fn token(&self) -> &str {
         &self.token
     }
 
-    /// The path below the token of a request that may be answered.
+    /// Returns the path after the token, for a request with access.
     pub(crate) fn admit<'a>(&self, request: &'a Request) -> Result<&'a str, Status> {
         let host = request.host.as_deref().ok_or(Status::Forbidden)?;
         // Planted error "pages served to whatever name their host is given", found by morgana-view/served::strangers_are_refused:
@@ -57,8 +58,9 @@ impl Guard {
         Ok(path)
     }
 
-    /// Whether a `Host` is no name that somebody else may own: `localhost` or an address, of this machine unless others are served.
-    /// Its port is that of the client's end of a tunnel, if there is one.
+    /// Returns true if a `Host` cannot be a foreign name: it is `localhost`, or an address. The
+    /// address must belong to this machine, if only this machine has access. The port may be any,
+    /// as at the client's end of a tunnel.
     fn is_own(&self, host: &str) -> bool {
         let name = match host.rsplit_once(':') {
             Some((name, port)) if port.bytes().all(|b| b.is_ascii_digit()) => name,
@@ -72,7 +74,7 @@ impl Guard {
     }
 }
 
-/// Whether an `Origin` is that of a page from `host`.
+/// True if an `Origin` is a page from `host`.
 fn is_origin_of(origin: &str, host: &str) -> bool {
     let of = origin.strip_prefix("http://");
     // Planted error "pages served to other origins", found by morgana-view/served::strangers_are_refused:
@@ -80,7 +82,7 @@ fn is_origin_of(origin: &str, host: &str) -> bool {
     of.is_some_and(|of| of.eq_ignore_ascii_case(host))
 }
 
-/// Compares in a time that does not tell where a difference is.
+/// Compares in a time that does not depend on the position of a difference.
 fn is_equal(a: &[u8], b: &[u8]) -> bool {
     let differences = a.iter().zip(b).fold(0, |all, (a, b)| all | (a ^ b));
     a.len() == b.len() && differences == 0

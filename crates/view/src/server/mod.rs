@@ -1,7 +1,7 @@
-//! A small HTTP server: one request per connection, within limits of number, size and time.
+//! Small HTTP server: one request per connection, within limits of number, size and time.
 //!
-//! It knows nothing of what it serves. A client that is slow, or sends nothing, holds one of a limited number of connections
-//! for a limited time.
+//! The server is independent of the content. A slow or silent client occupies one of a limited
+//! number of connections for a limited time.
 
 mod bucket;
 mod guard;
@@ -20,20 +20,20 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant};
 
-/// Connections at a time: a browser holds six.
+/// Maximum number of simultaneous connections: a browser has six.
 const CONNECTIONS: usize = 32;
-/// Requests per second, and how many at once after a pause.
+/// Maximum number of requests per second, and of simultaneous requests after a pause.
 const RATE: f64 = 200.0;
 const BURST: f64 = 400.0;
-/// Longest time for a request to arrive.
+/// Maximum time for a request to arrive.
 const PATIENCE: Duration = Duration::from_secs(10);
-/// How long to wait after a failure to accept a connection, as when there are too many open files.
+/// Waiting time after a failure to accept a connection, for instance with too many open files.
 const PAUSE: Duration = Duration::from_millis(50);
 
-/// What answers requests, given their paths below the token.
+/// Function that responds to requests, given their paths after the token.
 pub(crate) type Answer = dyn Fn(&Request, &str) -> Response + Send + Sync;
 
-/// A server that runs until it is dropped.
+/// Server that runs until it is dropped.
 #[derive(Debug)]
 pub(crate) struct Server {
     address: SocketAddr,
@@ -41,7 +41,7 @@ pub(crate) struct Server {
     thread: Option<JoinHandle<()>>,
 }
 
-/// What all connections share.
+/// State that all connections share.
 struct Shared {
     guard: Guard,
     /// Value of the header `Content-Security-Policy`.
@@ -52,7 +52,7 @@ struct Shared {
 }
 
 impl Server {
-    /// Serves what `answer` says to requests that the guard admits.
+    /// Starts a server that responds by `answer` to requests that the guard admits.
     pub(crate) fn start(
         listener: TcpListener,
         guard: Guard,
@@ -78,7 +78,7 @@ impl Server {
         })
     }
 
-    /// Where it listens, as clients on this machine reach it.
+    /// Returns the address of the server for clients on this machine.
     pub(crate) fn address(&self) -> SocketAddr {
         match self.address.ip() {
             IpAddr::V4(ip) if ip.is_unspecified() => {
@@ -92,7 +92,7 @@ impl Server {
 impl Drop for Server {
     fn drop(&mut self) {
         self.stopping.store(true, Ordering::Release);
-        // Wakes the thread, which waits for a connection.
+        // Wake the thread, which waits for a connection.
         let woken = TcpStream::connect_timeout(&self.address(), PATIENCE).is_ok();
         if let Some(thread) = self.thread.take().filter(|_| woken) {
             let _ = thread.join();
@@ -113,7 +113,8 @@ fn accept(listener: &TcpListener, shared: &Arc<Shared>, stopping: &AtomicBool) {
     }
 }
 
-/// Serves a connection in a thread of its own; closes it at once if there are too many, or there is no thread to be had.
+/// Serves a connection in a separate thread. Closes it at once if there are too many connections,
+/// or no thread is available.
 fn serve(stream: TcpStream, shared: &Arc<Shared>) {
     let Some(place) = Place::take(shared) else {
         return;
@@ -143,13 +144,13 @@ impl Shared {
     }
 }
 
-/// One of a limited number of connections, given back when it is dropped.
+/// Slot of a limited number of connections, released on drop.
 struct Place(Arc<Shared>);
 
 impl Place {
     fn take(shared: &Arc<Shared>) -> Option<Self> {
         let taken = shared.connections.fetch_add(1, Ordering::AcqRel);
-        // Given back at once if it is one too many.
+        // Release the slot at once if there are too many.
         let place = Place(shared.clone());
         // Planted error "connections without a limit", found by morgana-view/served::floods_are_held_off:
         // (taken < 9 * CONNECTIONS).then_some(place)

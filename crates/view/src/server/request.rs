@@ -1,4 +1,4 @@
-//! Requests, within limits of size and time.
+//! HTTP requests, within limits of size and time.
 
 use super::Status;
 use httparse::{EMPTY_HEADER, Header};
@@ -6,27 +6,27 @@ use std::io::{ErrorKind, Read};
 use std::net::TcpStream;
 use std::time::Instant;
 
-/// Bytes of a request without its body, at most.
+/// Maximum size of a request without its body, in bytes.
 const HEAD: usize = 16 << 10;
-/// Number of headers, at most.
+/// Maximum number of headers.
 const HEADERS: usize = 64;
-/// Bytes of a body, at most.
+/// Maximum size of a body, in bytes.
 const BODY: usize = 64 << 10;
 
-/// What is to be done.
+/// Method of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Method {
     Get,
     Post,
 }
 
-/// A request that has arrived.
+/// Received request.
 #[derive(Clone, Debug)]
 pub(crate) struct Request {
     pub(crate) method: Method,
-    /// Path as it was sent: nothing in it is decoded.
+    /// Path as received, without decoding.
     pub(crate) path: String,
-    /// Names and values after the question mark, decoded.
+    /// Names and values of the query string, decoded.
     pub(crate) query: Vec<(String, String)>,
     pub(crate) host: Option<String>,
     pub(crate) origin: Option<String>,
@@ -34,7 +34,7 @@ pub(crate) struct Request {
 }
 
 impl Request {
-    /// Reads a request, which must be there before the deadline.
+    /// Reads a request, which must arrive before the deadline.
     pub(super) fn receive(stream: &TcpStream, deadline: Instant) -> Result<Self, Status> {
         let mut bytes = Vec::new();
         loop {
@@ -52,14 +52,14 @@ impl Request {
         }
     }
 
-    /// The value of a query parameter; empty if it is missing.
+    /// Returns the value of a query parameter; empty if it is missing.
     pub(crate) fn parameter(&self, name: &str) -> &str {
         let found = self.query.iter().find(|(n, _)| n == name);
         found.map_or("", |(_, value)| value)
     }
 }
 
-/// Appends what arrives next.
+/// Appends the next received bytes.
 fn read(mut stream: &TcpStream, bytes: &mut Vec<u8>, deadline: Instant) -> Result<(), Status> {
     // Planted error "clients that may send a byte now and then for ever", found by morgana-view/served::slow_clients_hold_nobody_up:
     // let left = deadline.saturating_duration_since(Instant::now()).max(std::time::Duration::from_secs(10));
@@ -84,7 +84,8 @@ fn read(mut stream: &TcpStream, bytes: &mut Vec<u8>, deadline: Instant) -> Resul
     }
 }
 
-/// A request without its body, with the lengths of its head and of its body; `None` if more of it has to arrive.
+/// Parses a request without its body, and the lengths of its head and of its body; `None` if the
+/// head is incomplete.
 fn parse(bytes: &[u8]) -> Result<Option<(Request, usize, usize)>, Status> {
     let mut headers = [EMPTY_HEADER; HEADERS];
     let mut parsed = httparse::Request::new(&mut headers);
@@ -113,7 +114,7 @@ fn parse(bytes: &[u8]) -> Result<Option<(Request, usize, usize)>, Status> {
     Ok(Some((request, head, length)))
 }
 
-/// The value of a header that may be there once.
+/// Returns the value of a header that may occur once.
 fn only(headers: &[Header], name: &str) -> Result<Option<String>, Status> {
     let mut found = headers.iter().filter(|h| h.name.eq_ignore_ascii_case(name));
     match (found.next(), found.next()) {
@@ -126,7 +127,7 @@ fn only(headers: &[Header], name: &str) -> Result<Option<String>, Status> {
     }
 }
 
-/// Bytes of the body.
+/// Returns the length of the body, in bytes.
 fn length(headers: &[Header]) -> Result<usize, Status> {
     if only(headers, "transfer-encoding")?.is_some() {
         return Err(Status::BadRequest);
@@ -137,7 +138,7 @@ fn length(headers: &[Header]) -> Result<usize, Status> {
     if length.is_empty() || !length.bytes().all(|b| b.is_ascii_digit()) {
         return Err(Status::BadRequest);
     }
-    // Digits alone fail to be a number where there are too many.
+    // Parse the number, which fails for too many digits.
     match length.parse() {
         Ok(length) if length <= BODY => Ok(length),
         _ => Err(Status::BodyTooLarge),
@@ -176,7 +177,7 @@ mod tests {
         assert_eq!(request.parameter("name"), "a b c");
         assert_eq!(request.parameter("missing"), "");
         assert_eq!(request.host.as_deref(), Some("localhost:1"));
-        // Every part of it that ends before the empty line lacks something.
+        // Expect all incomplete heads to be incomplete requests.
         for end in 0..head {
             assert!(parse(&text.as_bytes()[..end]).unwrap().is_none(), "{end}");
         }

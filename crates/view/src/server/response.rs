@@ -1,4 +1,4 @@
-//! Responses, within limits of time.
+//! HTTP responses, within limits of time.
 
 use std::borrow::Cow;
 use std::io::{self, Read, Write};
@@ -7,15 +7,16 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Longest time for a response, and how much longer large ones may take.
+/// Maximum time for a response, and minimum rate of large responses in bytes per second, which
+/// extends the time.
 const PATIENCE: Duration = Duration::from_secs(20);
 const SLOWEST: f64 = 1e6;
-/// Values that are converted at a time.
+/// Number of values that are converted at a time.
 const CHUNK: usize = 16 << 10;
-/// How long a refused client may still send something before the connection closes.
+/// Time in which a client may send further data before the connection closes.
 const LAST: Duration = Duration::from_millis(200);
 
-/// Why a request is not served, or that it is.
+/// Status of a response.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Status {
     Ok,
@@ -45,16 +46,16 @@ impl Status {
     }
 }
 
-/// What is sent.
+/// Body of a response.
 #[derive(Clone, Debug)]
 pub(crate) enum Body {
-    /// Bytes as they are.
+    /// Bytes that are sent unchanged.
     Bytes(Cow<'static, [u8]>),
-    /// Numbers as little-endian float32: part of values that others hold, too.
+    /// Numbers that are sent as little-endian float32: a range of shared values.
     Floats(Arc<Vec<f32>>, Range<usize>),
 }
 
-/// An answer.
+/// Response to a request.
 #[derive(Clone, Debug)]
 pub(crate) struct Response {
     pub(crate) status: Status,
@@ -63,7 +64,7 @@ pub(crate) struct Response {
 }
 
 impl Response {
-    /// A text of some kind.
+    /// Makes a response of some media type.
     pub(crate) fn text(kind: &'static str, body: impl Into<Cow<'static, [u8]>>) -> Self {
         Response {
             status: Status::Ok,
@@ -72,13 +73,13 @@ impl Response {
         }
     }
 
-    /// Numbers.
+    /// Makes a response of numbers.
     pub(crate) fn floats(values: Vec<f32>) -> Self {
         let range = 0..values.len();
         Self::shared_floats(Arc::new(values), range)
     }
 
-    /// Numbers that others hold, too.
+    /// Makes a response of shared numbers.
     pub(crate) fn shared_floats(values: Arc<Vec<f32>>, range: Range<usize>) -> Self {
         Response {
             status: Status::Ok,
@@ -87,7 +88,7 @@ impl Response {
         }
     }
 
-    /// That a request is not served.
+    /// Makes a response that refuses a request.
     pub(crate) fn refusal(status: Status) -> Self {
         let text = match status {
             Status::Forbidden => {
@@ -98,7 +99,7 @@ impl Response {
         Response::failure(status, text.to_owned())
     }
 
-    /// That a request is not served, and why.
+    /// Makes a response that refuses a request, with a message.
     pub(crate) fn failure(status: Status, message: String) -> Self {
         Response {
             status,
@@ -107,7 +108,8 @@ impl Response {
         }
     }
 
-    /// Sends the response and closes the connection. A client that is gone, or too slow, misses the rest.
+    /// Sends the response and closes the connection. Aborts if the client disconnects or is too
+    /// slow.
     pub(super) fn send(&self, stream: &TcpStream, policy: &str) {
         let mut out = Timed::new(stream, self.length());
         let head = format!(
@@ -122,7 +124,8 @@ impl Response {
             .write_all(head.as_bytes())
             .and_then(|()| self.body.write(&mut out));
         if sent.is_ok() && stream.shutdown(Shutdown::Write).is_ok() {
-            // A connection that closes with something unread takes the response with it.
+            // Read the rest first: closing a connection with unread data would discard the
+            // response.
             drain(stream);
         }
     }
@@ -153,7 +156,7 @@ impl Body {
     }
 }
 
-/// Reads what is still coming, for a short time.
+/// Reads remaining data for a short time.
 fn drain(mut stream: &TcpStream) {
     let (deadline, mut chunk) = (Instant::now() + LAST, [0; 4096]);
     loop {
@@ -167,7 +170,7 @@ fn drain(mut stream: &TcpStream) {
     }
 }
 
-/// A connection to which everything must be written before a deadline.
+/// Connection with a deadline for all writes.
 struct Timed<'a> {
     stream: &'a TcpStream,
     deadline: Instant,
