@@ -59,8 +59,8 @@ def derivatives(
     The loss enters by its derivatives by all values of the picture, or of the readings: the
     *weights*. Paths are sampled by the integrator, ``path``, ``particle`` or ``bdpt``, or are the
     particles of meters. They are held fixed while their contributions change. The run time hardly
-    depends on the number of parameters. Random numbers are independent of those of ``render`` with
-    the same seed, as nonlinear losses require.
+    depends on the number of parameters. Random numbers are independent of the random numbers of
+    ``render`` with the same seed, as nonlinear losses require.
 
     Parameters are named after objects of the scene; coefficients are per unit length, and include
     the medium's ``scale``:
@@ -184,7 +184,7 @@ def jacobian(
 
     The bins of a detector are its positions, directions and time gates; the columns are the voxels
     of the medium. All rows come from the same particles, and the run time depends on the number of
-    bins only if particles pass several bins. Parameters and random numbers are those of
+    bins only if particles pass several bins. Parameters and random numbers are as in
     ``derivatives``.
 
     Parameters
@@ -208,8 +208,8 @@ def jacobian(
     Returns
     -------
     dict of str to Derivative
-        Derivatives by the names of the parameters. Axes are those of the reading, then of the
-        parameter, then channels. Each channel of the reading depends only on the same channel of
+        Derivatives by the names of the parameters. The axes of the reading come first, then
+        the axes of the parameter, then channels. Each channel of the reading depends only on the same channel of
         the parameter.
 
     Raises

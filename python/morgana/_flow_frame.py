@@ -67,7 +67,7 @@ class Slab(Frame):
 class Revolved(Frame):
     """Half-plane that begins at an axis, or wedge about an axis, which is revolved about the axis.
 
-    Radii are those of the places to which values belong. Cells of a wedge are flat across it: the
+    Each value belongs to the radius of its place. Cells of a wedge are flat across it: the
     midpoint of two points at radius r is at r cos α. Radii of points are measured in the face of
     the wedge, radii of centres of cells in its middle plane.
     """

@@ -37,8 +37,8 @@ class RayEnds:
     total_optical_length: Doubles
     """Optical path lengths ∫ n ds from start to end, (rays,), in scene units."""
     total_optical_path_difference: Doubles
-    """Optical path lengths minus those of rays in the ``reference_index`` of :func:`trace`,
-    (rays,), in scene units.
+    """Optical path lengths minus the lengths of rays in the ``reference_index`` of
+    :func:`trace`, (rays,), in scene units.
 
     The rays of the reference connect the start, the points of reflection and the end. The
     differences are in double precision, accurate to 1e-7 of the largest contrast times the length.

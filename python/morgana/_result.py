@@ -124,8 +124,8 @@ class Reading(NamedTuple):
 
         Returns
         -------
-        This quantity with the pulse, without effective numbers of particles.
-            The same quantity with the pulse, without effective numbers of particles.
+        Reading
+            This quantity with the pulse, without effective numbers of particles.
 
         Raises
         ------
@@ -321,8 +321,8 @@ class Result:
         The integrator ``stokes`` gives Stokes parameters of light: ``S0`` to ``S3``.
 
         The integrator ``tagged`` gives ``total``, ``carrier``, ``sideband.1``, … and ``delay.1``, …
-        of light that sound modulates. Delays have the ``few`` of ``total``, because their samples
-        are those of ``total``.
+        of light that sound modulates. Delays have the ``few`` of ``total``, because they use the
+        samples of ``total``.
 
         The integrator ``moment`` gives second moments, with names such as ``m2_image``; their
         variances are unknown (infinite).

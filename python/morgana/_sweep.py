@@ -38,7 +38,7 @@ class Sweep(NamedTuple):
     few: Dict[str, NDArray[np.bool_]]
     """Mask of the unreliable errors, of the same shapes: see ``Result.few``."""
     axes: Dict[str, Dict[str, Optional[Doubles]]]
-    """Axes of each quantity after those of the parameters, with the edges of their bins. ``None``
+    """Axes of each quantity after the parameter axes, with the edges of their bins. ``None``
     without edges, or if the edges differ between runs."""
     stats: NDArray[np.object_]
     """Statistics of each run: see ``Result.stats``."""
@@ -83,8 +83,8 @@ class Sweep(NamedTuple):
         return xarray.Dataset(variables, {**parameters, **coordinates})
 
     def _dimensions(self, taken: Set[str]) -> Tuple[Dict[str, List[str]], Dict[str, Sequence[Any]]]:
-        """Returns the names of the dimensions of each quantity after those of the parameters, none
-        of them in ``taken``, and the coordinates of the dimensions."""
+        """Returns the names of the dimensions of each quantity after the parameter dimensions,
+        none of them in ``taken``, and the coordinates of the dimensions."""
         kinds: Dict[str, Dict[_Bins, List[str]]] = {}
         for name, axes in self.axes.items():
             for axis in axes:

@@ -44,7 +44,7 @@ class View:
 def view(*shown: Shown, height: int = 640, **parameters: Define) -> View:
     """Show results, images and files on a page in the browser, or in a notebook.
 
-    The page is that of ``morgana view``: values with their errors, comparisons, profiles, slices of
+    The page equals the page of ``morgana view``: values with their errors, comparisons, profiles, slices of
     readings, and scenes with curved rays. It shows the state at the time of this call.
 
     Parameters
@@ -67,8 +67,8 @@ def view(*shown: Shown, height: int = 640, **parameters: Define) -> View:
     ------
     FileError
         A file that cannot be read.
-    A scene file with errors.
-        A scene file with mistakes.
+    SceneError
+        A scene file with errors.
     RenderError
         No items to show.
 

@@ -69,8 +69,8 @@ class Source(NamedTuple):
 
         Returns
         -------
-        Degrees γ(Δ), of the same shape.
-            γ(Δ), of the same shape.
+        array
+            Degrees γ(Δ), of the same shape.
         """
         delta = numbers(difference, "difference")
         k, density = self.wave_numbers, self.density
@@ -198,8 +198,8 @@ def a_scan(light: Union[Records, Result, Image], lengths: ArrayLike, source: Sou
         ``time``. The picture is a render, or an EXR file that :func:`morgana.read` has read; its
         channels are in the order of the file.
     lengths : array_like
-        Optical lengths L of the reference, (n,), measured like those of the light, from the emitter
-        to the meter or sensor.
+        Optical lengths L of the reference, (n,), measured from the emitter to the meter or
+        sensor, like the lengths of the light.
     source : Source
         The light source.
     where : array_like of bool, optional

@@ -197,10 +197,10 @@ def read(path: Path, *, time: Optional[float] = None) -> Any:
 
     Parameters
     ----------
-    The file. For OpenFOAM, the folder of the case, or an empty file ``case.foam`` in it.
+    path : path_like
         The file. For OpenFOAM, the folder of the case, or an empty file ``case.foam`` in it.
-    Instant of a time series, as of OpenFOAM; by default the last.
-        The instant of a series in time, as of OpenFOAM; the last if it is not given.
+    time : float, optional
+        Instant of a time series, as of OpenFOAM; by default the last.
 
     Returns
     -------
@@ -231,7 +231,7 @@ def read(path: Path, *, time: Optional[float] = None) -> Any:
             found = _read(pyvista, name, time)
     except FlowError:
         raise
-    except (Exception, SystemExit) as error:  # Readers raise whatever they like, and those of meshio exit.
+    except (Exception, SystemExit) as error:  # Readers raise any exception; meshio's may exit.
         raise FileError(f"{name}: cannot be read: {error}") from None
     mesh = _merged(pyvista, found)
     if mesh is None:
@@ -329,7 +329,7 @@ def density(pressure: ArrayLike, temperature: ArrayLike, molar_mass: ArrayLike =
         Temperature, K, > 0.
     molar_mass : array_like
         Molar mass, kg/mol, > 0 and < 1: a number, or one for each point of a mixture. By default
-        that of dry air.
+        the molar mass of dry air.
 
     Returns
     -------
@@ -628,7 +628,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     Parameters
     ----------
     arguments : sequence of str, optional
-        Arguments; by default those of the command line.
+        Arguments; by default the command-line arguments.
 
     Returns
     -------

@@ -332,7 +332,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     Parameters
     ----------
     arguments : sequence of str, optional
-        Arguments; by default those of the command line.
+        Arguments; by default the command-line arguments.
 
     Returns
     -------

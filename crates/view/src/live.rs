@@ -42,7 +42,7 @@ struct State {
     mean: f64,
     error: f64,
     started: Instant,
-    /// When the render ended.
+    /// Time of the end of the render.
     ended: Option<Instant>,
     /// Time from which the next picture may be made.
     next: Instant,

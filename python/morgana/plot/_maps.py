@@ -37,8 +37,8 @@ def image(
     ----------
     picture : Result, Image, Reading or array_like
         A ``Result``, an ``Image``, or an array of shape (height, width) or (height, width, channels).
-    Name of a layer of light, or of a file; by default the main layer.
-        Name of a layer of light, or of a file.
+    layer : str, optional
+        Name of a layer of light, or of a file; by default the main layer.
     channel : str or int, optional
         Name of a channel; by default the mean over channels.
     show : {"mean", "error", "relative error", "few"}, optional
@@ -97,7 +97,7 @@ def slice(
     Parameters
     ----------
     reading : Reading
-        From ``Result.meters``.
+        Reading of ``Result.meters``.
     plane : str
         Axes to the right and upwards, such as ``"xz"`` or ``"zr"``.
     channel : int, optional
@@ -157,7 +157,7 @@ def field(
     Parameters
     ----------
     index : Field
-        From ``Scene.fields`` or :func:`morgana.load_field`.
+        Field of ``Scene.fields`` or :func:`morgana.load_field`.
     plane : str
         Axes to the right and upwards: two of ``x``, ``y``, ``z``.
     reference : float, optional

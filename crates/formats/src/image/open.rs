@@ -19,7 +19,6 @@ impl ImageLayers {
     /// G and B. The exposure and tone map that texts of a PNG file state are undone. An array is
     /// `[row, column, channel]` or `[row, column]`: three channels are R, G and B, a single channel
     /// is Y, and others have numbers from 0.
-    /// are R, G and B, a single one is Y, and others have numbers from 0.
     ///
     /// # Errors
     ///
