@@ -42,7 +42,9 @@ class Denoised(NamedTuple):
     """Texts of the image, and ``denoised``, which names the denoiser and its guides."""
 
     def write(self, path: Path, *, exposure: Optional[float] = None) -> None:
-        """Write an ``.exr`` file with the layers ``denoised`` and ``difference``, or a ``.png`` file.
+        """Write an ``.exr`` or ``.png`` file.
+
+        An ``.exr`` file has the layers ``denoised`` and ``difference``.
 
         Neither has a main layer that could be mistaken for the estimate. Both state that they are
         denoised.

@@ -104,7 +104,8 @@ def derivatives(
     particles : int, optional
         Number of particles, ≥ 2; by default the scene's number. For scenes with meters.
     seed : int, optional
-        Seed of the random numbers, 0 to 2⁶⁴ − 1. The same seed gives the same numbers, bit for bit, for any number of threads.
+        Seed of the random numbers, 0 to 2⁶⁴ − 1. The same seed gives the same numbers, bit for bit,
+        for any number of threads.
     integrator : {"path", "particle", "bdpt"}, optional
         Integrator instead of the scene's, for pictures. It computes the picture for the weights,
         and all derivatives except by an index, which use separate paths.
@@ -198,7 +199,8 @@ def jacobian(
     particles : int, optional
         Number of particles, ≥ 2; by default the scene's number.
     seed : int, optional
-        Seed of the random numbers, 0 to 2⁶⁴ − 1. The same seed gives the same numbers, bit for bit, for any number of threads.
+        Seed of the random numbers, 0 to 2⁶⁴ − 1. The same seed gives the same numbers, bit for bit,
+        for any number of threads.
     threads : int, optional
         Number of threads, ≥ 1; by default the number of CPU cores.
     progress : bool or callable, optional
@@ -208,9 +210,9 @@ def jacobian(
     Returns
     -------
     dict of str to Derivative
-        Derivatives by the names of the parameters. The axes of the reading come first, then
-        the axes of the parameter, then channels. Each channel of the reading depends only on the same channel of
-        the parameter.
+        Derivatives by the names of the parameters. The axes of the reading come first, then the
+        axes of the parameter, then channels. Each channel of the reading depends only on the same
+        channel of the parameter.
 
     Raises
     ------

@@ -37,7 +37,7 @@ class Power(NamedTuple):
 
 @comparable
 class Jacobian(NamedTuple):
-    """Derivatives of the recorded power by the coefficients of the regions, with standard errors."""
+    """Derivatives of the recorded power by the coefficients of the regions."""
 
     mu_a: Doubles
     """Derivatives by absorption coefficients at constant scattering, (regions, channels): minus the

@@ -45,7 +45,8 @@ def render(
     particles : int, optional
         Number of particles, ≥ 1; by default the scene's number. For scenes with meters.
     seed : int, optional
-        Seed of the random numbers, 0 to 2⁶⁴ − 1. The same seed gives the same numbers, bit for bit, for any number of threads.
+        Seed of the random numbers, 0 to 2⁶⁴ − 1. The same seed gives the same numbers, bit for bit,
+        for any number of threads.
     integrator : str, optional
         Integrator instead of the scene's: ``auto``, ``path``, ``particle``, ``bdpt``, ``vcm``,
         ``photon`` or ``sppm``. Parameters that all integrators have keep the scene's values.

@@ -239,7 +239,9 @@ class Result:
 
     @functools.cached_property
     def variance(self) -> Floats:
-        """Variances of the means, float32, of the shape of ``image``; unbiased, infinite with fewer than two samples."""
+        """Variances of the means, float32, of the shape of ``image``.
+
+        They are unbiased, and infinite with fewer than two samples."""
         return self._rendered.variance()
 
     @functools.cached_property
@@ -443,8 +445,8 @@ class Result:
         Parameters
         ----------
         path : path_like
-            The file; its extension chooses the format: ``.exr``, ``.png`` or ``.npy`` for a picture, ``.npz``, ``.h5``,
-            ``.nrrd`` or ``.npy`` for readings.
+            The file; its extension chooses the format: ``.exr``, ``.png`` or ``.npy`` for a
+            picture, ``.npz``, ``.h5``, ``.nrrd`` or ``.npy`` for readings.
         exposure : float, optional
             Stops by which a ``.png`` file is brightened, as in :func:`write`.
 

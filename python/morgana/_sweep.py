@@ -194,7 +194,8 @@ def sweep(
     fixed : mapping, optional
         Values of other parameters of the scene.
     **options
-        As for :func:`morgana.render`: ``spp``, ``particles``, ``seed``, ``integrator``, ``time``, ``threads``.
+        Options of :func:`morgana.render`: ``spp``, ``particles``, ``seed``, ``integrator``,
+        ``time``, ``threads``.
 
     Returns
     -------

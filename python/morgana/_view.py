@@ -44,8 +44,8 @@ class View:
 def view(*shown: Shown, height: int = 640, **parameters: Define) -> View:
     """Show results, images and files on a page in the browser, or in a notebook.
 
-    The page equals the page of ``morgana view``: values with their errors, comparisons, profiles, slices of
-    readings, and scenes with curved rays. It shows the state at the time of this call.
+    The page equals the page of ``morgana view``: values with their errors, comparisons, profiles,
+    slices of readings, and scenes with curved rays. It shows the state at the time of this call.
 
     Parameters
     ----------

@@ -4,7 +4,8 @@
     >>> pair = morgana.schlieren.bos("scenes/bos_jet.xml")
     >>> pair.write("jet")
 
-From the command line: ``python -m morgana.schlieren scenes/bos_jet.xml -o jet``. See docs/guides/schlieren.md.
+From the command line: ``python -m morgana.schlieren scenes/bos_jet.xml -o jet``. See
+docs/guides/schlieren.md.
 """
 
 from __future__ import annotations
@@ -120,7 +121,8 @@ def bos(
     Parameters
     ----------
     scene : path_like or mapping
-        A scene file, or a dictionary as for :func:`morgana.load_dict`, with a pattern behind the flow.
+        A scene file, or a dictionary as for :func:`morgana.load_dict`, with a pattern behind the
+        flow.
     still : mapping, optional
         Parameters of the scene that remove the flow, such as ``{"strength": 0}``. Without them,
         media whose index varies get a constant index: the reference of the volume (``n0``,

@@ -95,15 +95,18 @@ def pattern(
     shape : (int, int)
         Numbers of rows and columns.
     pixel : float
-        Width of a pixel on the surface in scene units, at most λ/(4 NA), so that pixels resolve speckles.
+        Width of a pixel on the surface in scene units, at most λ/(4 NA), so that pixels resolve
+        speckles.
     wavelength : float
         Wavelength λ in vacuum, > 0, in scene units.
     numerical_aperture : float
-        NA of the lens, > 0 and ≤ ``index``: it accepts directions at angles ϑ to the normal with ``index`` · sin ϑ ≤ NA.
+        Numerical aperture NA of the lens, > 0 and ≤ ``index``: it accepts directions at angles ϑ to
+        the normal with ``index`` · sin ϑ ≤ NA.
     center : array_like
         Centre of the pattern, in the plane.
     right, up : array_like
-        Directions of rows and columns in the plane, at right angles. The lens is on the side to which right × up points.
+        Directions of rows and columns in the plane, at right angles. The lens is on the side to
+        which right × up points.
     index : float
         Index of the medium beyond the surface.
     channel : int

@@ -48,7 +48,7 @@ pub enum Problem {
     /// The file is valid, but has a feature that this program does not support.
     #[error("not supported: {0}")]
     Unsupported(String),
-    /// The file ends early.
+    /// The file ends before its data.
     #[error("truncated: expected {expected} bytes, found {found}")]
     Truncated {
         /// Size that the header states, in bytes.

@@ -170,13 +170,17 @@ impl Scene {
         (film.width, film.height)
     }
 
-    /// Names of the channels, a list of str: ``R``, ``G``, ``B``, or ``Y``, or wavelengths in nm, or quantities.
+    /// Names of the channels, a list of str.
+    ///
+    /// They are ``R``, ``G``, ``B``, or ``Y``, or wavelengths in nm, or quantities.
     #[getter]
     fn channels(&self) -> Vec<String> {
         self.loaded.channel_names.clone()
     }
 
-    /// Name of the integrator, a str: ``auto``, ``path``, ``particle``, ``bdpt``, ``vcm``, ``photon``, ``sppm`` or ``aov``.
+    /// Name of the integrator, a str.
+    ///
+    /// It is ``auto``, ``path``, ``particle``, ``bdpt``, ``vcm``, ``photon``, ``sppm`` or ``aov``.
     #[getter]
     fn integrator(&self) -> &'static str {
         self.loaded.integrator()

@@ -100,7 +100,8 @@ def histogram(
     Parameters
     ----------
     source : Result, Image or Reading
-        A picture whose film has a ``decomposition``, or a ``Reading`` whose values are sums over bins.
+        A picture whose film has a ``decomposition``, or a ``Reading`` whose values are sums over
+        bins.
     along : str, optional
         The axis. A picture has one, ``length`` or ``time``; for a reading, the default is ``opl``.
     channel : str or int, optional

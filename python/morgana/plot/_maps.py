@@ -36,7 +36,8 @@ def image(
     Parameters
     ----------
     picture : Result, Image, Reading or array_like
-        A ``Result``, an ``Image``, or an array of shape (height, width) or (height, width, channels).
+        A ``Result``, an ``Image``, or an array of shape (height, width) or (height, width,
+        channels).
     layer : str, optional
         Name of a layer of light, or of a file; by default the main layer.
     channel : str or int, optional

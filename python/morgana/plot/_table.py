@@ -17,7 +17,8 @@ from .._result import Layer, Reading, Result, undelayed
 Doubles = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 Source = Union[Result, Image, Reading, ArrayLike]
-"""A picture (``Result``, ``Image`` or an array of shape (height, width) or (height, width, channels)), or a ``Reading`` of a meter."""
+"""A picture (``Result``, ``Image`` or an array of shape (height, width) or (height, width,
+channels)), or a ``Reading`` of a meter."""
 Channel = Union[str, int, None]
 
 

@@ -1,4 +1,5 @@
-//! Tables of the CIE, from 360 to 830 nm in steps of 5 nm: CIE 15:2004, "Colorimetry", tables T.1 and T.4.
+//! Tables of the CIE, from 360 to 830 nm in steps of 5 nm: CIE 15:2004, "Colorimetry", tables T.1
+//! and T.4.
 
 /// First wavelength of the tables, in nm.
 pub(super) const FIRST: f64 = 360.0;

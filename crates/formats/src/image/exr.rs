@@ -44,9 +44,9 @@ type Flat = exr::prelude::Layer<AnyChannels<FlatSamples>>;
 /// Content of an EXR file without the values of its channels.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ExrHeader {
-    /// Pixels per row.
+    /// Number of pixels per row.
     pub width: usize,
-    /// Rows.
+    /// Number of rows.
     pub height: usize,
     /// Names of the channels with their layers, such as `variance.R`.
     pub channels: Vec<String>,

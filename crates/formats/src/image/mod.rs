@@ -26,9 +26,9 @@ use crate::tensor::Tensor;
 /// Image of several layers with named channels, as in EXR files.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ImageLayers {
-    /// Pixels per row.
+    /// Number of pixels per row.
     pub width: usize,
-    /// Rows.
+    /// Number of rows.
     pub height: usize,
     /// The layers. The main layer has an empty name.
     pub layers: Vec<Layer>,
@@ -152,9 +152,9 @@ impl ImageLayers {
 /// Colour image with linear values.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RgbImage {
-    /// Pixels per row.
+    /// Number of pixels per row.
     pub width: usize,
-    /// Rows.
+    /// Number of rows.
     pub height: usize,
     /// Pixels row by row from the top left.
     pub pixels: Vec<[f32; 3]>,
