@@ -95,9 +95,9 @@ def largest_slope(index: Doubles, lattice: Lattice) -> float:
 
 
 def _octants(shape: Sequence[int], lattice: Lattice) -> Iterator[Tuple[Doubles, List[Place]]]:
-    """Yields the eight parts of the box around each sample, in which slopes are those to the
-    neighbours on their sides. For each of the eight: their volumes, and the indices of the
-    continued slopes along x, y and z in them."""
+    """Yields the eight octants around each sample. Slopes in an octant are differences to the
+    neighbours on its sides. Each item has the volumes of an octant, and the indices of the
+    continued slopes along x, y and z in it."""
     for is_upper in itertools.product((False, True), repeat=3):
         widths = [np.full(count, 0.5) for count in shape]
         for width, upper in zip(widths, is_upper):

@@ -92,14 +92,15 @@ class Records(NamedTuple):
     unit: str
     """Unit of the weights."""
     index_modulation: Optional[Phasors] = None
-    """Complex amplitude A of the change Re(A e^{iωt}) of the optical length, due to the change of
-    the index by sound, (n,), in scene units; if the meter is ``tagged``."""
+    """Modulation of the optical length by the change of the index in sound, (n,), in scene units.
+    The values are complex amplitudes A of the change Re(A e^{iωt}). ``None`` unless the meter is
+    ``tagged``."""
     displacement_modulation: Optional[Phasors] = None
-    """Complex amplitude of the change of the optical length, due to the displacement of scatterers
-    by sound, (n,), in scene units; if the meter is ``tagged``."""
+    """Modulation of the optical length by the displacement of scatterers in sound, (n,), in scene
+    units: complex amplitudes, as above. ``None`` unless the meter is ``tagged``."""
     optical_length_rate: Optional[Doubles] = None
     """Rate of change of the optical length due to the flow of the scatterers, (n,), in scene units
-    per second; if a medium has a ``velocity``."""
+    per second. ``None`` unless a medium has a ``velocity``."""
     velocity_change: Optional[Doubles] = None
     """Largest rate at which the velocity changes along the flow of each region, |(v·∇)v|/|v|, per
     second, (regions,); if a medium has a ``velocity``. Flows along the axes of their grid have

@@ -51,9 +51,9 @@ def load_file(
         Give noisy pixels more samples, even if the scene's sampler does not request it.
     undisturbed : bool, optional
         Give media whose index varies a constant index, which is the scene without its flow. The
-        constant is the reference of the volume (``n0``, ``reference``); or else, if the boundary
-        does not refract, the index of the surroundings; or else the mean of the index over the
-        boundary.
+        constant is the reference of the volume (``n0``, ``reference``), if it has one. Otherwise it
+        is the index of the surroundings if the boundary does not refract, else the mean of the
+        index over the boundary.
     silence : str or sequence of str, optional
         Names of checks whose warnings are omitted, as they stand in brackets in the warnings, such
         as ``"thin_beam"``.

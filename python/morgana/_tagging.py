@@ -76,7 +76,7 @@ def modulation_depth(light: Union[Mapping[str, Layer], Mapping[str, Floats], Rea
     Parameters
     ----------
     light : mapping of Layer or of array, or Reading
-        ``layers`` of a picture, also of an EXR file that :func:`morgana.read` has read; or a
+        ``layers`` of a picture, also of an EXR file that :func:`morgana.read` has read. Or a
         reading with an axis ``order``, such as ``meters["fluence_sidebands"]``, also from an NPZ
         file by :meth:`morgana.Reading.load`.
     prefix : str

@@ -240,8 +240,8 @@ def correlate(
     Raises
     ------
     ValueError
-        An unknown region, a moving region without an index, a ``flow`` if no medium has a velocity,
-        a number out of range, or a ``where`` that is not one bool for each record.
+        An unknown region, or a moving region without an index. A ``flow`` if no medium has a
+        velocity. A number out of range. A ``where`` that is not one bool for each record.
 
     Examples
     --------

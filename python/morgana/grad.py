@@ -345,8 +345,9 @@ class Rays:
         Raises
         ------
         GradError
-            PyTorch is missing. The function raises it for shapes that do not fit, for samples that
-            are no index, and if the result of ``build`` does not have the given parameters.
+            PyTorch is missing. The function raises it for shapes that do not fit, and for samples
+            that are no index. It also raises it if the result of ``build`` does not have the given
+            parameters.
 
         Examples
         --------
@@ -379,10 +380,10 @@ class Rays:
         Raises
         ------
         GradError
-            JAX is missing. The function raises it for shapes that do not fit, for samples that are
-            no index, and if the result of ``build`` does not have the given parameters. Under
-            ``jax.jit`` and ``jax.vmap``, only shapes are known in advance: JAX wraps other errors
-            in ``jax.errors.JaxRuntimeError``, and its text ends with theirs.
+            JAX is missing. The function raises it for shapes that do not fit, and for samples that
+            are no index. It also raises it if the result of ``build`` does not have the given
+            parameters. Under ``jax.jit`` and ``jax.vmap``, only shapes are known in advance: JAX
+            wraps other errors in ``jax.errors.JaxRuntimeError``, and its text ends with theirs.
 
         Examples
         --------
@@ -652,11 +653,11 @@ def parameters(index: Union[Field, System]) -> Dict[str, Doubles]:
     -------
     dict
         Values by names, in the order of :attr:`Gradient.field`. Parameters of fields have their
-        names in scenes: numbers and vectors of built-in fields, named numbers of formulas, samples
-        of n of grids and tables, complex amplitudes (z, y, x, 2) of sampled sound, ``to_world`` (3,
-        4). Directions of axes are unit vectors. Gases, pressures and the ``standard_atmosphere``
-        have only samples of n. Laws of dispersion have the ``value`` of n, or the ``factor`` on the
-        field inside them.
+        names in scenes. They are numbers and vectors of built-in fields, named numbers of formulas,
+        samples of n of grids and tables, complex amplitudes (z, y, x, 2) of sampled sound, and
+        ``to_world`` (3, 4). Directions of axes are unit vectors. Gases, pressures and the
+        ``standard_atmosphere`` have only samples of n. Laws of dispersion have the ``value`` of n,
+        or the ``factor`` on the field inside them.
 
     Raises
     ------

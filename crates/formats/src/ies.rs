@@ -26,8 +26,8 @@ pub struct Photometry {
 ///
 /// # Errors
 ///
-/// A file that cannot be read, is not an LM-63 file, has photometry of type A or B, refers to
-/// another file for its tilt, or has too few or inconsistent numbers.
+/// A file that cannot be read or is not an LM-63 file. Photometry of type A or B, or a tilt in
+/// another file. Too few or inconsistent numbers.
 pub fn read(path: &Path) -> Result<Photometry, FileError> {
     let bytes = input::read(path)?;
     parse(&bytes).map_err(|problem| problem.at(path))

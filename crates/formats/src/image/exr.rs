@@ -24,8 +24,9 @@ use crate::atomic;
 use crate::error::{FileError, Problem};
 use crate::input::{self, Limits};
 
-/// Maximum memory for each sample while reading, in bytes: in the file's format and in this
-/// crate's, and in a block that may be the whole image, before and after unpacking.
+/// Maximum memory for each sample while reading, in bytes. A sample exists in the file's format, in
+/// this crate's format, and in a block before and after unpacking. The block may be the whole
+/// image.
 const SAMPLE: u64 = 16;
 /// Maximum length of the name of a channel or an attribute in the format, in bytes.
 const MAX_NAME: usize = 255;

@@ -52,9 +52,10 @@ impl ImageLayers {
         }
     }
 
-    /// Writes the image in the format of the file's extension: all layers to an `.exr` file, the
-    /// first layer to an `.npy` file, or the first layer for a screen to a `.png` file, with the
-    /// exposure of [`Exposure::Auto`].
+    /// Writes the image in the format of the file's extension.
+    ///
+    /// An `.exr` file has all layers, an `.npy` file the first layer, and a `.png` file the first
+    /// layer for a screen, with the exposure of [`Exposure::Auto`].
     ///
     /// # Errors
     ///

@@ -25,8 +25,8 @@ use crate::input::{self, Limits};
 ///
 /// # Errors
 ///
-/// A file that cannot be read, is not a valid PLY file, or has no faces; counts that exceed the
-/// file; positions that are not finite; and faces with indices out of range. Faces with fewer than
+/// A file that cannot be read, is not a valid PLY file, or has no faces. Counts that exceed the
+/// file. Positions that are not finite, and faces with indices out of range. Faces with fewer than
 /// three corners are skipped.
 pub fn read(path: &Path, limits: Limits) -> Result<MeshData, FileError> {
     let (reader, size) = input::open(path)?;
@@ -348,9 +348,9 @@ impl Faces {
     }
 }
 
-/// Maximum memory while reading, in bytes: for a vertex or a face without its corners and other
-/// properties (`ELEMENT`), for each other property with its part of an attribute (`OTHER`), and for
-/// each corner (`CORNER`).
+/// Maximum memory while reading, in bytes. `ELEMENT` is for a vertex or a face without its corners
+/// and other properties. `OTHER` is for each other property with its part of an attribute, and
+/// `CORNER` for each corner.
 const ELEMENT: u64 = 96;
 const OTHER: u64 = 24;
 const CORNER: u64 = 32;

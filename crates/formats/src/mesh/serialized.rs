@@ -32,8 +32,8 @@ const DOUBLE: u32 = 0x2000;
 ///
 /// # Errors
 ///
-/// A file that cannot be read, is not a serialized mesh of these versions, has no mesh of this
-/// number, ends early, or has positions that are not finite or indices out of range.
+/// A file that cannot be read, is not a serialized mesh of these versions, or ends early. A missing
+/// mesh. Positions that are not finite, and indices out of range.
 pub fn read(path: &Path, index: usize, limits: Limits) -> Result<MeshData, FileError> {
     let bytes = input::read(path)?;
     parse(&bytes, index, limits).map_err(|problem| problem.at(path))

@@ -1,5 +1,6 @@
-//! Positions of arrays that meters wrote. An array is accompanied by the edges of its cells along
-//! x, y and z, and by `to_world`, the map of the unit cube that the cells divide (docs/meters.md).
+//! Positions of arrays that meters wrote. A file contains the edges of an array's cells along x, y
+//! and z. It also contains `to_world`, the map of the unit cube that the cells divide
+//! (docs/meters.md).
 
 use super::VolumeFrame;
 use glam::{DMat3, DVec3};

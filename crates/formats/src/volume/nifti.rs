@@ -28,8 +28,8 @@ const MOST_SKIPPED: u64 = 1 << 30;
 ///
 /// # Errors
 ///
-/// A file that cannot be read or is not a NIfTI file of one part, more than four axes, numbers that
-/// are neither integers nor floating-point numbers, a size that differs from the header, NaN or
+/// A file that cannot be read or is not a NIfTI file of one part. More than four axes. Numbers that
+/// are neither integers nor floating-point numbers. A size that differs from the header. NaN or
 /// infinite values.
 pub fn read<T: Sample>(path: &Path, options: Options) -> Result<Volume<T>, FileError> {
     let (mut reader, size) = input::open(path)?;

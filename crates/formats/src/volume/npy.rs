@@ -13,8 +13,8 @@ use crate::{atomic, binary, input, npy};
 ///
 /// # Errors
 ///
-/// A file that cannot be read or is not an `.npy` file, an axis order that is not given, another
-/// number of axes, other elements, a size of zero, and NaN or infinite values, also beyond single
+/// A file that cannot be read or is not an `.npy` file. An axis order that is not given, or another
+/// number of axes. Other elements, or a size of zero. NaN or infinite values, also beyond single
 /// precision.
 pub fn read<T: Sample>(path: &Path, options: Options) -> Result<Volume<T>, FileError> {
     let (mut reader, size) = input::open(path)?;
@@ -119,8 +119,10 @@ pub(super) fn series_from<R: Read>(
     Ok(adder.finish()?.of_element(element))
 }
 
-/// Writes a volume as an array `[z, y, x]`, or `[z, y, x, channel]` if it has several channels,
-/// with the number type of its file, completely or not at all.
+/// Writes a volume as an array `[z, y, x]`, or `[z, y, x, channel]` if it has several channels.
+///
+/// The array has the number type of the volume's file. The file is written completely or not at
+/// all.
 ///
 /// # Errors
 ///

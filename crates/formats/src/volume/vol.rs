@@ -29,8 +29,8 @@ const DIRECTIONS: i32 = 4;
 ///
 /// # Errors
 ///
-/// A file that cannot be read, is not a `.vol` file of version 3 with numbers, does not have the
-/// size that its header states, or contains NaN or infinite values.
+/// A file that cannot be read, or is not a `.vol` file of version 3 with numbers. A size that
+/// differs from the header. NaN or infinite values.
 pub fn read<T: Sample>(path: &Path) -> Result<Volume<T>, FileError> {
     let (mut reader, size) = input::open(path)?;
     read_from(&mut reader, size).map_err(|problem| problem.at(path))

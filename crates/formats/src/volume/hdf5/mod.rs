@@ -29,9 +29,9 @@ pub use write::write;
 ///
 /// # Errors
 ///
-/// A file that cannot be read, or is not an HDF5 file; a dataset or axis order that is not given; a
-/// dataset that is missing, or has another number of axes or elements that are not numbers; NaN or
-/// infinite values.
+/// A file that cannot be read, or is not an HDF5 file. A dataset or axis order that is not given. A
+/// dataset that is missing, has another number of axes, or has elements that are not numbers. NaN
+/// or infinite values.
 pub fn read<T: Sample>(path: &Path, options: Options) -> Result<Volume<T>, FileError> {
     let (_, size) = input::open(path)?;
     let file = Hdf5File::open_with_options(path, limits(size, options)).map_err(describe);

@@ -25,9 +25,9 @@ pub use write::write;
 ///
 /// # Errors
 ///
-/// A file that cannot be read or is not an NRRD file, an axis order that is missing or superfluous,
-/// data that are in several files, compressed by other means than gzip, or inconsistent with the
-/// header in number, and NaN or infinite values.
+/// A file that cannot be read or is not an NRRD file. An axis order that is missing or superfluous.
+/// Data in several files, or with other compression than gzip. A number of data that differs from
+/// the header. NaN or infinite values.
 pub fn read<T: Sample>(path: &Path, options: Options) -> Result<Volume<T>, FileError> {
     let read = || {
         let (mut reader, size) = input::open(path).map_err(|e| e.problem)?;

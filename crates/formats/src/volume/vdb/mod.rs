@@ -34,9 +34,9 @@ const UUID: usize = 36;
 ///
 /// # Errors
 ///
-/// A file that cannot be read, is not an OpenVDB file or is too old, a missing grid, a grid without
-/// active voxels, other compressions than zlib and Blosc with LZ4 or zlib, a dense grid beyond the
-/// limits of memory, and NaN and infinite values.
+/// A file that cannot be read, is not an OpenVDB file, or is too old. A missing grid, or a grid
+/// without active voxels. Other compression than zlib, and Blosc with LZ4 or zlib. A dense grid
+/// beyond the limits of memory. NaN or infinite values.
 pub fn read<T: Sample>(path: &Path, options: Options) -> Result<Volume<T>, FileError> {
     let bytes = input::read(path)?;
     parse(&bytes, options).map_err(|problem| problem.at(path))

@@ -12,8 +12,8 @@ use crate::volume::Sample;
 const LEAF: u32 = 3;
 /// Edge of a tile of the root in voxels, as a power of two.
 const ROOT: u32 = 12;
-/// Numbers of children along an edge, and edges of a child in voxels, of the two levels of nodes
-/// between, the lower level first, as powers of two.
+/// Levels of nodes between root and leaves, the lower level first: the number of children along an
+/// edge, and the edge of a child in voxels, as powers of two.
 const NODES: [(u32, u32); 2] = [(4, LEAF), (5, 7)];
 
 /// Index of a voxel. It has 64 bits, so that no sum of indices in a file overflows.
