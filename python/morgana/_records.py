@@ -97,17 +97,18 @@ class Records(NamedTuple):
     ``tagged``."""
     displacement_modulation: Optional[Phasors] = None
     """Modulation of the optical length by the displacement of scatterers in sound, (n,), in scene
-    units: complex amplitudes, as above. ``None`` unless the meter is ``tagged``."""
+    units. The values are complex amplitudes A of the change Re(A e^{iωt}). ``None`` unless the
+    meter is ``tagged``."""
     optical_length_rate: Optional[Doubles] = None
     """Rate of change of the optical length due to the flow of the scatterers, (n,), in scene units
     per second. ``None`` unless a medium has a ``velocity``."""
     velocity_change: Optional[Doubles] = None
     """Largest rate at which the velocity changes along the flow of each region, |(v·∇)v|/|v|, per
-    second, (regions,); if a medium has a ``velocity``. Flows along the axes of their grid have
-    none. A wall that cuts voxels obliquely counts, because the flow ends there."""
+    second, (regions,). Flows along the axes of their grid have none. A wall that cuts voxels
+    obliquely counts, because the flow ends there. ``None`` unless a medium has a ``velocity``."""
     stokes: Optional[Doubles] = None
-    """Stokes parameters S0 to S3 of the power, (n, 4, channels), in the frame of the meter; if the
-    meter has ``stokes``."""
+    """Stokes parameters S0 to S3 of the power, (n, 4, channels), in the frame of the meter.
+    ``None`` unless the meter has ``stokes``."""
 
     @classmethod
     def load(cls, path: Union[str, "os.PathLike[str]"], meter: Optional[str] = None) -> "Records":

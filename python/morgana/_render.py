@@ -53,8 +53,8 @@ def render(
     time : float, optional
         Seconds after which to stop, > 0; ``spp`` is then an upper bound.
     target_error : float, optional
-        Relative error of the image's mean at which to stop, > 0; ``spp`` is then an upper bound.
-        Stopping by measured errors biases the mean slightly.
+        Measured error, relative to the image's mean, at which to stop, > 0; ``spp`` is then an
+        upper bound. Stopping by measured errors biases the mean slightly.
     target : {"image", "pixel"}, optional
         Error that ``target_error`` limits: the standard error of the image's mean, or the root mean
         square of the standard errors of all pixels.

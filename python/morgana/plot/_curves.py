@@ -48,7 +48,7 @@ def profile(
     unit : str, optional
         Name of the scene's unit of length.
     ax : matplotlib.axes.Axes, optional
-        Axes to draw in; by default new ones.
+        Axes to draw in; by default the current axes of pyplot.
     **at : float
         Position on each other axis that has more than one bin: ``row=24``, or ``x=0, y=0``.
 

@@ -52,7 +52,7 @@ def image(
     label : str, optional
         Name of the quantity, with its unit.
     ax : matplotlib.axes.Axes, optional
-        Axes to draw in; by default new ones.
+        Axes to draw in; by default the current axes of pyplot.
 
     Returns
     -------
@@ -114,7 +114,7 @@ def slice(
     unit : str, optional
         Name of the scene's unit of length.
     ax : matplotlib.axes.Axes, optional
-        Axes to draw in; by default new ones.
+        Axes to draw in; by default the current axes of pyplot.
     **at : float
         Position on each other axis that has more than one bin, such as ``y=0``; the bin there is
         shown.
@@ -168,7 +168,7 @@ def field(
     unit : str, optional
         Name of the scene's unit of length.
     ax : matplotlib.axes.Axes, optional
-        Axes to draw in; by default new ones.
+        Axes to draw in; by default the current axes of pyplot.
     **where : float or (float, float)
         Limits of both axes, and the position on the third axis (0 by default): ``x=(-1, 1), z=(0,
         5), y=0.2``.

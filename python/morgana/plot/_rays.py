@@ -36,8 +36,8 @@ def rays(
     unit : str, optional
         Name of the scene's unit of length.
     ax : matplotlib.axes.Axes, optional
-        Axes to draw in, such as the axes of a :func:`field`, whose limits are kept; by default new
-        ones.
+        Axes to draw in, such as the axes of a :func:`field`, whose limits are kept; by default the
+        current axes of pyplot.
 
     Returns
     -------
@@ -95,7 +95,7 @@ def spots(
     unit : str, optional
         Name of the scene's unit of length.
     ax : matplotlib.axes.Axes, optional
-        Axes to draw in; by default new ones.
+        Axes to draw in; by default the current axes of pyplot.
     **at : float
         Value of the third axis, such as ``z=30``. The rays are extended straight along their last
         directions to this value. By default, spots are the ends of the rays.
