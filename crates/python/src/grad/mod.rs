@@ -146,7 +146,7 @@ pub fn follow_rays<'py>(
 /// Computes the changes of ends with media, surfaces and starts as given: positions, directions,
 /// optical lengths, and numbers of failures. Rays without an end are NaN.
 #[pyfunction]
-#[allow(clippy::too_many_arguments)] // Each an array of Python's own.
+#[allow(clippy::too_many_arguments)] // Each argument is a Python object.
 pub fn push_forward<'py>(
     py: Python<'py>,
     through: GivenLayout<'py>,
@@ -181,7 +181,7 @@ pub fn push_forward<'py>(
 /// origins; to directions as given. Also returns the number of rays without an end on which the
 /// loss depends.
 #[pyfunction]
-#[allow(clippy::type_complexity)] // Four results.
+#[allow(clippy::type_complexity)] // A tuple of four results.
 pub fn pull_back<'py>(
     py: Python<'py>,
     through: GivenLayout<'py>,
