@@ -60,12 +60,6 @@ impl Vcm {
         }
     }
 
-    /// Returns the number of light subpaths of each sample of an image, equal to the number of
-    /// sensor subpaths.
-    pub(crate) fn paths(scene: &Scene) -> usize {
-        scene.film().width * scene.film().height
-    }
-
     /// Returns the radii of a sample, given the radius of the first.
     pub(crate) fn radii(first: f64, sample: u64) -> Radii {
         Radii::shrunk(first, sample, IN_MEDIA)
@@ -100,7 +94,7 @@ impl Vcm {
             scene,
             stop: &ws.stop,
             bounds: self.bounds(channel_pdf),
-            count: Self::paths(scene),
+            count: scene.film().width * scene.film().height,
             search: ws.search,
             sampler: &|path| Sampler::new(seed, path, 0),
         };

@@ -230,7 +230,7 @@ fn pilot(light: &LightSamples, pixel: usize, unit: u64, ws: &mut Workspace) -> P
         // Place each sample in its own replicate, because samples of one replicate are not
         // independent, and at instants all over a period.
         let sample = first + unit * i + instants * i / PILOT;
-        light.take(pixel, sample, ws, &mut found);
+        light.take_pixel(pixel, sample, ws, &mut found);
         let values = found.drain(..).map(|c| c.weighted());
         let value = finite(values.fold(Spectrum::ZERO, |a, b| a + b), &mut 0);
         sum += value;

@@ -1,12 +1,11 @@
 //! Arbitrary output variables: each sample traces one ray, which gives the values of all channels.
 //! They replace the light, or accompany it.
 
-use super::pixels::PIXELS_PER_TASK;
 use super::source::{SampledRay, Source, finite};
+use super::splats::spread;
 use crate::Spectrum;
 use crate::aov::AovTracer;
 use crate::film::{Film, FilmShape, Scores};
-use crate::path::Workspace;
 use crate::stats::Stats;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -43,11 +42,14 @@ impl Quantities {
     }
 }
 
-/// Scores of all groups of channels, in runs of [`PIXELS_PER_TASK`] pixels.
+/// Scores of the whole image, by sample or replicate and group of channels.
 pub(super) type Found = Vec<Vec<Scores>>;
 
-/// Takes a range of samples of every pixel of a film. Calls `count` with the numbers of samples
-/// taken.
+/// Cells per task.
+const CELLS_PER_TASK: usize = 64;
+
+/// Takes a range of samples of every cell of a film. Calls `count` with the numbers of samples of
+/// pixels taken.
 pub(super) fn pass(
     source: &Source,
     tracer: &AovTracer,
@@ -55,80 +57,85 @@ pub(super) fn pass(
     film: &Film,
     count: impl Fn(u64) + Sync,
 ) -> (Found, Stats) {
-    let (pixels, groups) = (film.width() * film.height(), film.groups());
+    let pixels = film.width() * film.height();
     let size = source.replicates.size();
-    let task = |task: usize| {
-        let mut ws = source.workspace();
-        let first = task * PIXELS_PER_TASK;
-        let run = first..pixels.min(first + PIXELS_PER_TASK);
-        let taken = run.len() as u64 * (samples.end - samples.start);
-        let new = || Scores::with_capacity(run.len(), (taken / size) as usize);
-        let mut scores: Vec<Scores> = (0..groups).map(|_| new()).collect();
-        for pixel in run {
-            scores.iter_mut().for_each(Scores::begin_pixel);
-            for first in samples.clone().step_by(size as usize) {
-                if source.is_stopped() {
-                    return (scores, ws.stats());
-                }
-                let values = mean(source, tracer, pixel, first..first + size, &mut ws);
-                for (scores, values) in scores.iter_mut().zip(values.chunks(Spectrum::CHANNELS)) {
-                    scores.add(finite(spectrum(values), &mut ws.stats.not_finite));
-                }
+    // A power of two, so that nothing is rounded.
+    let share = 1.0 / size as f64;
+    let (mut found, mut stats) = (Found::new(), Stats::default());
+    for first in samples.step_by(size as usize) {
+        let mut images = vec![vec![Spectrum::ZERO; pixels]; film.groups()];
+        for sample in first..first + size {
+            if source.is_stopped() {
+                return (found, stats);
+            }
+            let values = values_of_cells(source, tracer, sample, &count, &mut stats);
+            let footprint = source.footprint(sample);
+            for (group, image) in images.iter_mut().enumerate() {
+                let value = |cell: usize| spectrum(&values[cell], group) * share;
+                spread(source, &footprint, value, image);
             }
         }
-        count(taken);
-        (scores, ws.stats())
-    };
-    let tasks = (0..pixels.div_ceil(PIXELS_PER_TASK)).into_par_iter();
-    let runs: Vec<(Vec<Scores>, Stats)> = tasks.with_max_len(1).map(task).collect();
-    let mut found: Found = (0..groups)
-        .map(|_| Vec::with_capacity(runs.len()))
-        .collect();
-    let mut stats = Stats::default();
-    for (run, counts) in runs {
-        stats += counts;
-        found
-            .iter_mut()
-            .zip(run)
-            .for_each(|(group, scores)| group.push(scores));
+        let scores = |mut image: Vec<Spectrum>| {
+            let not_finite = &mut stats.not_finite;
+            image
+                .iter_mut()
+                .for_each(|value| *value = finite(*value, not_finite));
+            Scores::of_image(image, Vec::new(), Vec::new())
+        };
+        found.push(images.into_iter().map(scores).collect());
     }
     (found, stats)
 }
 
 /// Adds the result of a pass to a film.
 pub(super) fn add(film: &mut Film, found: Found) {
-    for (group, scores) in found.into_iter().enumerate() {
-        film.add_scores(group, PIXELS_PER_TASK, scores);
+    for (group, scores) in found.into_iter().flat_map(|s| s.into_iter().enumerate()) {
+        film.add_image(group, scores);
     }
 }
 
-/// Returns the means over the rays of a replicate.
-fn mean(
+/// The values of all channels in one sample of each cell; none of cells that count in no pixel.
+fn values_of_cells(
     source: &Source,
     tracer: &AovTracer,
-    pixel: usize,
-    replicate: Range<u64>,
-    ws: &mut Workspace,
-) -> Vec<f64> {
-    // A power of two, so that products are exact.
-    let share = 1.0 / (replicate.end - replicate.start) as f64;
-    let mut mean = Vec::new();
-    let mut values = Vec::new();
-    for sample in replicate {
-        let SampledRay { ray, weight, .. } = source.ray(pixel, sample);
-        ws.stats.paths += 1;
-        values.clear();
-        tracer.sample(source.scene.at(sample), ray, ws, &mut values);
-        mean.resize(values.len(), 0.0);
-        for (mean, value) in mean.iter_mut().zip(&values) {
-            *mean += value * weight * share;
-        }
+    sample: u64,
+    count: &(impl Fn(u64) + Sync),
+    stats: &mut Stats,
+) -> Vec<Vec<f64>> {
+    let cells = source.cells.count();
+    let footprint = source.footprint(sample);
+    let task = |task: usize| {
+        let mut ws = source.workspace();
+        let first = task * CELLS_PER_TASK;
+        let run = first..cells.min(first + CELLS_PER_TASK);
+        let values = run.clone().map(|cell| {
+            let mut values = Vec::new();
+            if source.cells.counts(&footprint, cell) {
+                let SampledRay { ray, weight, .. } = source.ray(cell, sample);
+                ws.stats.paths += 1;
+                tracer.sample(source.scene.at(sample), ray, &mut ws, &mut values);
+                values.iter_mut().for_each(|value| *value *= weight);
+            }
+            values
+        });
+        let values: Vec<Vec<f64>> = values.collect();
+        count(source.cells.pixels_among(run) as u64);
+        (values, ws.stats())
+    };
+    let tasks = (0..cells.div_ceil(CELLS_PER_TASK)).into_par_iter();
+    let runs: Vec<(Vec<Vec<f64>>, Stats)> = tasks.with_max_len(1).map(task).collect();
+    let mut all = Vec::with_capacity(cells);
+    for (values, counts) in runs {
+        *stats += counts;
+        all.extend(values);
     }
-    mean
+    all
 }
 
-fn spectrum(values: &[f64]) -> Spectrum {
-    Spectrum(std::array::from_fn(|c| {
-        values.get(c).copied().unwrap_or(0.0)
+/// The values of a group of channels.
+fn spectrum(values: &[f64], group: usize) -> Spectrum {
+    let first = group * Spectrum::CHANNELS;
+    Spectrum(std::array::from_fn(|channel| {
+        values.get(first + channel).copied().unwrap_or(0.0)
     }))
 }

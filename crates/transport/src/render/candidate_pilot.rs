@@ -3,7 +3,7 @@
 
 use super::pilot_pixels::{spread, tile_of};
 use super::source::{LightSamples, finite};
-use super::splats::splat;
+use super::splats::splat_image;
 use crate::Spectrum;
 use crate::integrator::Contribution;
 use crate::scene::FilmSpec;
@@ -114,6 +114,7 @@ impl PilotSums {
         let mut ws = light.source.workspace();
         let mut found = Vec::new();
         let mut splats = Vec::new();
+        let noise = light.source.cells.noise();
         for i in pairs {
             if light.source.is_stopped() {
                 break;
@@ -129,9 +130,9 @@ impl PilotSums {
                 let first = FIRST.next_multiple_of(unit) + unit * (2 * i as u64 + k) + place;
                 let mut sum = 0.0;
                 for sample in first..first + together {
-                    light.take(pixel, sample, &mut ws, &mut found);
+                    light.take_pixel(pixel, sample, &mut ws, &mut found);
                     sum += own(&found);
-                    sums.splat(light, pixel, &mut splats, &found);
+                    sums.splat(light, &mut splats, &found);
                     found.clear();
                 }
                 sum / together as f64
@@ -139,7 +140,7 @@ impl PilotSums {
             let tile = &mut sums.tiles[tile_of(pixel, film, SIDE)];
             tile.pairs += 1.0;
             tile.own += means[0] + means[1];
-            tile.scatter += (means[0] - means[1]).powi(2);
+            tile.scatter += (means[0] - means[1]).powi(2) * noise;
             sums.paths += (2 * together) as f64;
         }
         sums.work = ws.stats().cost();
@@ -150,15 +151,14 @@ impl PilotSums {
     fn splat(
         &mut self,
         light: &LightSamples,
-        own: usize,
         splats: &mut Vec<(usize, f64)>,
         found: &[Contribution],
     ) {
         splats.clear();
-        for contribution in found.iter().filter(|c| c.image.is_some()) {
+        for (contribution, image) in found.iter().filter_map(|c| Some((c, c.image?))) {
             let value = brightness(contribution.weighted());
-            splat(light.source, own, contribution.image, |pixel, filter| {
-                splats.push((pixel, value * filter))
+            splat_image(light.source, image, |pixel, filter| {
+                splats.push((pixel, value * filter));
             });
         }
         splats.sort_by_key(|(pixel, _)| *pixel);

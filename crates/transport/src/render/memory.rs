@@ -24,8 +24,8 @@ pub fn memory(scene: &Scene, options: &RenderOptions) -> usize {
     let (pixels, per_unit) = (pixels(scene), scores(scene, options));
     let units = samples_of_pass(scene, options).min(options.samples) / unit(scene, options);
     let scores = per_unit.saturating_mul(units.max(1) as usize);
-    let per_pixel = kept(scene.film(), options).saturating_add(pending(options));
-    let waiting = if options.renderer.splats() {
+    let per_pixel = kept(scene.film(), options).saturating_add(pending(scene.film(), options));
+    let waiting = if spreads(scene.film(), options) {
         splats::waiting(pixels, parts(options))
     } else {
         0
@@ -118,12 +118,18 @@ fn kept(spec: &FilmSpec, options: &RenderOptions) -> usize {
         .saturating_add(outliers + shares + quantities)
 }
 
-/// Bytes per pixel of a sample that splats, in addition to the scores that it becomes: its layers,
-/// its bias, and one sample of a replicate.
-fn pending(options: &RenderOptions) -> usize {
-    if options.renderer.splats() {
+/// True if samples contribute to several pixels.
+fn spreads(spec: &FilmSpec, options: &RenderOptions) -> bool {
+    options.renderer.splats() || options.cells(spec).overlap()
+}
+
+/// Bytes per pixel of a sample that contributes to several pixels, in addition to the scores that
+/// it becomes: values of cells, its layers, its bias, and one sample of a replicate.
+fn pending(spec: &FilmSpec, options: &RenderOptions) -> usize {
+    if spreads(spec, options) {
         let of_replicate = usize::from(options.replicates().size() > 1);
-        size_of::<Spectrum>() * (of_replicate + debiased(options) + layers(options))
+        let own = 2;
+        size_of::<Spectrum>() * (own + of_replicate + debiased(options) + layers(options))
             + light_paths(options)
     } else {
         0

@@ -56,7 +56,7 @@ pub use target::{Measure, Target};
 pub use crate::path::{EnergyBalance, FirstVertexTechniques, Share};
 
 use crate::aov::AovTracer;
-use crate::film::{Decomposition, Film};
+use crate::film::{Cells, Decomposition, Film, FilmSpec};
 use crate::integrator::Integrator;
 use crate::renderer::Renderer;
 use crate::sampling::Replicates;
@@ -149,6 +149,15 @@ impl RenderOptions {
         self.adaptive
             && !self.reweight
             && matches!(self.renderer, Renderer::Light(Integrator::Path(_)))
+    }
+
+    /// Where samples are taken on a film: pixels that are to have different numbers of samples are independent.
+    fn cells(&self, film: &FilmSpec) -> Cells {
+        if self.shares_out() {
+            Cells::apart(film)
+        } else {
+            Cells::of(film)
+        }
     }
 
     /// Numbers of the samples of each pixel.

@@ -6,7 +6,7 @@
 //! Theory: docs/theory.md#progressive-photon-maps.
 
 use super::source::{PILOT, SampledRay, Source, finite};
-use super::splats::{FoundImages, ImageScores};
+use super::splats::{FoundImages, ImageScores, spread};
 use super::strategies::StrategyScores;
 use crate::Spectrum;
 use crate::film::{Decomposition, Film, Pending, Scores};
@@ -17,10 +17,11 @@ use crate::stats::Stats;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Pixels per task.
-const PIXELS_PER_TASK: usize = 16;
+/// Cells per task.
+const CELLS_PER_TASK: usize = 16;
 
-/// Sample of a pixel.
+/// Sample of a cell.
+#[derive(Clone, Default)]
 struct Taken {
     value: Spectrum,
     /// Part of the value that is bias.
@@ -70,40 +71,55 @@ pub(super) fn pass(
             radii: mapping.radii(source.prepared.radius, sample),
             channel_pdf: even_channel_pdf(source.channels()),
         };
-        let pixels = film.width() * film.height();
-        let parts: Vec<(Vec<Taken>, Stats)> = (0..pixels.div_ceil(PIXELS_PER_TASK))
+        let cells = source.cells.count();
+        let parts: Vec<(Vec<Taken>, Stats)> = (0..cells.div_ceil(CELLS_PER_TASK))
             .into_par_iter()
             .with_max_len(1)
             .map(|task| {
-                let range = task * PIXELS_PER_TASK..pixels.min((task + 1) * PIXELS_PER_TASK);
+                let range = task * CELLS_PER_TASK..cells.min((task + 1) * CELLS_PER_TASK);
                 part(source, &gathering, decomposition, sample, range)
             })
             .collect();
-        let (mut values, mut debiased) = (Vec::with_capacity(pixels), Vec::with_capacity(pixels));
-        let (mut layers, mut sorted) = (Vec::new(), Vec::new());
+        let mut taken: Vec<Taken> = Vec::with_capacity(cells);
         for (part, counts) in parts {
             stats += counts;
-            for taken in part {
-                let pixel = values.len();
-                let is_finite = taken.value.is_finite();
-                let bias = if is_finite {
-                    taken.bias
-                } else {
-                    Spectrum::ZERO
-                };
-                let value = finite(taken.value, &mut stats.not_finite);
-                values.push(value);
-                debiased.push(finite(value - bias, &mut stats.not_finite));
-                if sorts {
-                    sorted.push((pixel, value));
-                }
-                if let (Some(decomposition), true) = (decomposition, is_finite) {
-                    let first = pixel * decomposition.layers();
-                    let placed = taken.layers.into_iter();
-                    layers.extend(placed.map(|(layer, value)| (first + layer, value)));
-                }
-            }
+            taken.extend(part);
         }
+        for taken in taken.iter_mut().filter(|taken| !taken.value.is_finite()) {
+            stats.not_finite += 1;
+            *taken = Taken::default();
+        }
+        let footprint = source.footprint(sample);
+        let mut image_of = |value: &(dyn Fn(&Taken) -> Spectrum + Sync)| {
+            let mut image = vec![Spectrum::ZERO; film.width() * film.height()];
+            spread(source, &footprint, |cell| value(&taken[cell]), &mut image);
+            let not_finite = &mut stats.not_finite;
+            image
+                .iter_mut()
+                .for_each(|value| *value = finite(*value, not_finite));
+            image
+        };
+        let values = image_of(&|taken| taken.value);
+        let debiased = image_of(&|taken| taken.value - taken.bias);
+        let sorted = if sorts {
+            values.iter().copied().enumerate().collect()
+        } else {
+            Vec::new()
+        };
+        let layers = decomposition.map_or(Vec::new(), |decomposition| {
+            let layers = decomposition.layers();
+            let mut pending = Pending::new(values.len() * layers);
+            for (cell, taken) in taken.iter().enumerate() {
+                source.cells.each_pixel(&footprint, cell, |pixel, weight| {
+                    for (layer, value) in &taken.layers {
+                        pending.add(pixel * layers + layer, *value * weight);
+                    }
+                });
+            }
+            let mut placed = Vec::new();
+            pending.take(|place, value| placed.push((place, value)));
+            placed
+        });
         images.push(ImageScores {
             image: Scores::of_image(values, layers, sorted),
             debiased: vec![debiased],
@@ -118,18 +134,22 @@ fn part(
     gathering: &Gathering,
     decomposition: Option<Decomposition>,
     sample: u64,
-    pixels: Range<usize>,
+    cells: Range<usize>,
 ) -> (Vec<Taken>, Stats) {
     let mut ws = source.workspace();
     let mut pending = decomposition.map(|d| (d, Pending::new(d.layers())));
-    let count = pixels.len() as u64;
-    let taken = pixels.map(|pixel| {
+    let count = source.cells.pixels_among(cells.clone());
+    let footprint = source.footprint(sample);
+    let taken = cells.map(|cell| {
+        if !source.cells.counts(&footprint, cell) {
+            return Taken::default();
+        }
         let SampledRay {
             ray,
             weight,
             mut sampler,
             ..
-        } = source.ray(pixel, sample);
+        } = source.ray(cell, sample);
         ws.stats.paths += 1;
         let (mut value, mut bias) = (Spectrum::ZERO, Spectrum::ZERO);
         gathering.along(ray, &mut sampler, &mut ws, |light| {
@@ -153,6 +173,6 @@ fn part(
         }
     });
     let taken = taken.collect();
-    source.handle.count(count);
+    source.handle.count(count as u64);
     (taken, ws.stats())
 }

@@ -212,7 +212,7 @@ fn sample(light: &LightSamples, ws: &mut Workspace, round: u64, most: f64) -> Pa
             // Place each sample in its own replicate: samples of one replicate are not independent.
             let number = 2 * (PIXELS as u64 * round + i as u64) + k;
             let sample = FIRST + light.source.replicates.size() * number;
-            light.take(pixel, sample, ws, &mut found);
+            light.take_pixel(pixel, sample, ws, &mut found);
             let values = found.iter().map(|c| c.weighted().sum());
             values.sum::<f64>()
         }));

@@ -37,27 +37,27 @@ pub(super) fn trace(
     })
 }
 
-/// Adds the contributions of one sample of a pixel to `out`, like [`LightSamples::take`]. If there
-/// are shared light subpaths, it connects the one with the pixel's number.
+/// Adds the contributions of one sample of a cell to `out`, like [`LightSamples::take`]. If there
+/// are shared light subpaths, it connects the one with the cell's number.
 pub(super) fn take(
     light: &LightSamples,
     merging: Option<&Merging>,
-    pixel: usize,
+    cell: usize,
     sample: u64,
     ws: &mut Workspace,
     out: &mut Vec<Contribution>,
 ) {
     let (Integrator::Vcm(vcm), Some(merging)) = (&light.integrator, merging) else {
-        return light.take(pixel, sample, ws, out);
+        return light.take(cell, sample, ws, out);
     };
     let vcm = VcmSample {
         vcm,
         scene: light.source.scene.at(sample),
         merging,
-        number: pixel,
+        number: cell,
         channel_pdf: even_channel_pdf(light.source.channels()),
     };
-    light.take_by(pixel, sample, ws, out, |ray, sampler, ws, out| {
+    light.take_by(cell, sample, ws, out, |ray, sampler, ws, out| {
         vcm.take(ray, sampler, ws, out);
     });
 }
@@ -69,8 +69,7 @@ fn with_paths<T>(
     follow: impl FnOnce(&LightPaths) -> T,
 ) -> T {
     let bounds = vcm.bounds(even_channel_pdf(source.channels()));
-    let count = Vcm::paths(source.scene);
-    source.with_light_paths(sample, bounds, count, follow)
+    source.with_light_paths(sample, bounds, source.cells.count(), follow)
 }
 
 /// Bidirectional path tracing with the settings of vertex connection and merging, without merging.

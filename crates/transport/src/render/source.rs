@@ -2,7 +2,7 @@
 
 use super::{Handle, Prepared, RenderOptions, seed_of_group};
 use crate::Spectrum;
-use crate::film::PathFacts;
+use crate::film::{Cells, Footprint, PathFacts};
 use crate::integrator::{Contribution, Integrator};
 use crate::path::{Bounds, Workspace};
 use crate::photons::LightPaths;
@@ -19,6 +19,9 @@ const PILOT_WORK: f64 = 5e7;
 /// renders.
 pub(super) const PILOT: u64 = 1 << 63;
 
+/// Address of the random numbers that all cells of a sample share. No film has this many cells.
+const ALL_CELLS: u64 = u64::MAX;
+
 /// Source of the samples of one channel group.
 pub(super) struct Source<'a> {
     pub scene: &'a Scene,
@@ -32,6 +35,8 @@ pub(super) struct Source<'a> {
     pub pilot_work: f64,
     /// Kind of replicates into which samples are grouped.
     pub replicates: Replicates,
+    /// Cells in which samples are taken.
+    pub cells: Cells,
     /// True if paths without a bounce are left out.
     hides_emitters: bool,
     /// Index of the medium around the sensor.
@@ -63,6 +68,7 @@ impl<'a> Source<'a> {
             stop: handle.stop().clone(),
             pilot_work: PILOT_WORK,
             replicates: options.replicates(),
+            cells: options.cells(scene.film()),
             hides_emitters: options.hide_emitters,
             sensor_index: scene.n(scene.medium_of_sensor_ray(position), position),
             seed: seed_of_group(options.seed, group),
@@ -103,15 +109,34 @@ impl<'a> Source<'a> {
         self.stop.is_raised()
     }
 
-    /// Samples the sensor ray of a sample of a pixel.
-    pub(super) fn ray(&self, pixel: usize, sample: u64) -> SampledRay {
-        let mut sampler = self.sampler(pixel as u64, sample);
+    /// Samples the point that all cells share, if cells overlap.
+    fn common_point(&self, sample: u64) -> [f64; 2] {
+        let mut sampler = self.sampler(ALL_CELLS, sample);
+        self.cells.point(sampler.next_2d_for(Purpose::Direction)).0
+    }
+
+    /// Footprint of a sample in the film's first cell.
+    pub(super) fn footprint(&self, sample: u64) -> Footprint {
+        let point = if self.cells.overlap() {
+            self.common_point(sample)
+        } else {
+            [0.5; 2]
+        };
+        self.cells.footprint(point)
+    }
+
+    /// Samples the sensor ray of a sample of a cell.
+    pub(super) fn ray(&self, cell: usize, sample: u64) -> SampledRay {
+        let mut sampler = self.sampler(cell as u64, sample);
         let spec = self.scene.film();
-        let [u, v] = sampler.next_2d_for(Purpose::Direction);
+        let (point, weight) = if self.cells.overlap() {
+            (self.common_point(sample), 1.0)
+        } else {
+            self.cells.point(sampler.next_2d_for(Purpose::Direction))
+        };
         let lens = sampler.next_2d_for(Purpose::Lens);
-        let (column, row) = (pixel % spec.width, pixel / spec.width);
-        let [across, down] = [u, v].map(|u| spec.filter.sample(u));
-        let [s, t] = spec.image([column as f64 + 0.5 + across, row as f64 + 0.5 + down]);
+        let corner = self.cells.place(cell);
+        let [s, t] = spec.image([0, 1].map(|axis| corner[axis] as f64 + point[axis]));
         let spread = self.scene.sensor().point_spread();
         let offset = spread.map(|spread| spread.offset(self.sensor_index, || sampler.next_2d()));
         let offset = offset.unwrap_or_default();
@@ -121,13 +146,13 @@ impl<'a> Source<'a> {
                 .sensor()
                 .ray([s - offset[0], t - offset[1]], lens),
             offset,
-            weight: spec.filter.weight(across) * spec.filter.weight(down),
+            weight,
             sampler,
         }
     }
 
     /// Calls `follow` with the `count` light subpaths of a sample of the whole image. Their random
-    /// numbers have addresses after the pixels' addresses.
+    /// numbers have addresses after the cells' addresses.
     pub(super) fn with_light_paths<T>(
         &self,
         sample: u64,
@@ -135,15 +160,14 @@ impl<'a> Source<'a> {
         count: usize,
         follow: impl FnOnce(&LightPaths) -> T,
     ) -> T {
-        let spec = self.scene.film();
-        let pixels = (spec.width * spec.height) as u64;
+        let cells = self.cells.count() as u64;
         follow(&LightPaths {
             scene: self.scene.at(sample),
             stop: &self.stop,
             bounds,
             count,
             search: self.prepared.search,
-            sampler: &|path| self.sampler(pixels + path, sample),
+            sampler: &|path| self.sampler(cells + path, sample),
         })
     }
 
@@ -152,10 +176,10 @@ impl<'a> Source<'a> {
         !(self.hides_emitters && path.bounces == 0)
     }
 
-    /// Random numbers of a sample of a pixel. Pixel numbers beyond the film are for subpaths that
-    /// pixels share.
-    pub(super) fn sampler(&self, pixel: u64, sample: u64) -> Sampler {
-        Sampler::in_replicates(self.replicates, [self.seed, pixel, sample])
+    /// Random numbers of a sample of a cell. Numbers beyond the cells are for subpaths that cells
+    /// share.
+    pub(super) fn sampler(&self, cell: u64, sample: u64) -> Sampler {
+        Sampler::in_replicates(self.replicates, [self.seed, cell, sample])
     }
 }
 
@@ -165,33 +189,45 @@ pub(super) struct SampledRay {
     /// Offset of the sample's light from its geometric position on the image, in units of the
     /// image. It is zero unless the aperture diffracts.
     pub offset: [f64; 2],
-    /// Weight of the sample: 1, unless the filter has negative lobes.
+    /// Weight of the sample: 1, unless it contributes to its own pixel only and the filter has
+    /// negative lobes.
     pub weight: f64,
     /// Random numbers after the ray's.
     pub sampler: Sampler,
 }
 
 impl LightSamples<'_> {
-    /// Adds the contributions of one sample of a pixel to `out`.
+    /// Adds the contributions of one sample of a cell to `out`.
     pub(super) fn take(
+        &self,
+        cell: usize,
+        sample: u64,
+        ws: &mut Workspace,
+        out: &mut Vec<Contribution>,
+    ) {
+        let (scene, channels) = (self.source.scene.at(sample), self.source.channels());
+        self.take_by(cell, sample, ws, out, |ray, sampler, ws, out| {
+            self.integrator
+                .sample(scene, ray, channels, sampler, ws, out);
+        });
+    }
+
+    /// Adds the contributions of one sample of a pixel to `out`: for pilots.
+    pub(super) fn take_pixel(
         &self,
         pixel: usize,
         sample: u64,
         ws: &mut Workspace,
         out: &mut Vec<Contribution>,
     ) {
-        let (scene, channels) = (self.source.scene.at(sample), self.source.channels());
-        self.take_by(pixel, sample, ws, out, |ray, sampler, ws, out| {
-            self.integrator
-                .sample(scene, ray, channels, sampler, ws, out);
-        });
+        self.take(self.source.cells.of_pixel(pixel), sample, ws, out);
     }
 
     /// Adds the contributions of one sample of a pixel to `out`, like [`take`](Self::take). The
     /// function `estimate` follows the sensor ray.
     pub(super) fn take_by(
         &self,
-        pixel: usize,
+        cell: usize,
         sample: u64,
         ws: &mut Workspace,
         out: &mut Vec<Contribution>,
@@ -203,7 +239,7 @@ impl LightSamples<'_> {
             offset,
             weight,
             mut sampler,
-        } = source.ray(pixel, sample);
+        } = source.ray(cell, sample);
         ws.stats.paths += 1;
         let first = out.len();
         estimate(ray, &mut sampler, ws, out);

@@ -1,10 +1,10 @@
-//! Estimators whose samples contribute to the whole image.
+//! Estimators whose samples contribute all over the image.
 //!
-//! One sample of every pixel together make one sample of the whole image. Contributions to other
-//! pixels are added up first. Then each pixel takes its sum as one sample, or as one sample of a
-//! replicate. The samples of a pixel, or its replicates, are therefore independent of one another,
-//! and the variance of their mean is known as for any other estimator. The sums of one sample are
-//! formed in the order of pixels and paths, independent of threads: equal seeds give equal bits.
+//! One sample of every pixel together make one sample of the whole image: contributions to other pixels
+//! are added up first, and then each pixel takes its sum as one sample, or as one of a replicate. So pixels' samples, or replicates, are
+//! independent of one another over their number, and the variance of their mean is known as
+//! for any other estimator. The sums of one sample are formed in the order of pixels and paths, whatever thread
+//! computed them: the same seed gives the same bits.
 //!
 //! Theory: docs/theory.md#film.
 
@@ -14,56 +14,59 @@ use super::shared;
 use super::source::{LightSamples, Source, finite};
 use super::strategies::{Strategies, StrategyScores};
 use crate::Spectrum;
-use crate::film::{Decomposition, Film, Pending, PlacedValue, Scores, footprint};
+use crate::film::{Decomposition, Film, Footprint, Pending, PlacedValue, Scores};
 use crate::integrator::{Contribution, Merging};
 use crate::path::{BalanceSums, BalanceTotals};
 use crate::stats::Stats;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Pixels per task.
-const PIXELS_PER_TASK: usize = 16;
-/// Tasks per thread whose contributions are kept until they are added up: enough to keep all
-/// threads busy, few enough to fit into memory.
+/// Cells per unit of work.
+const CELLS_PER_TASK: usize = 16;
+/// Pixels per unit of work when the samples of cells are spread over pixels.
+const PIXELS_PER_TASK: usize = 1 << 10;
+/// Units of work for each thread whose contributions are kept until they are added up: enough to keep all threads busy, few
+/// enough to fit into memory.
 const TASKS_PER_THREAD: usize = 1 << 7;
-/// Assumed number of contributions to a pixel's sample. The true number depends on the scene.
+/// Contributions that a pixel's sample is taken to have: how many it really has depends on the scene.
 const CONTRIBUTIONS: usize = 32;
 
-/// Bytes of the contributions that are kept until they are added up, for a film of `pixels` pixels
-/// and contributions of `parts` parts.
+/// Bytes of the contributions that are kept until they are added up, for films of `pixels` pixels and contributions of `parts` parts.
 pub(super) fn waiting(pixels: usize, parts: usize) -> usize {
-    let pixels = pixels.min(tasks_of_block() * PIXELS_PER_TASK);
+    let pixels = pixels.min(tasks_of_block() * CELLS_PER_TASK);
     let parts = parts * size_of::<(usize, FoundPart)>();
     pixels * CONTRIBUTIONS * (size_of::<(usize, Contribution)>() + parts)
 }
 
-/// Number of tasks whose contributions are kept at the same time.
+/// Units of work whose contributions are kept at the same time.
 fn tasks_of_block() -> usize {
     TASKS_PER_THREAD * rayon::current_num_threads()
 }
 
-/// Results of one sample of a few neighbouring pixels.
+/// One sample of a few neighbouring cells.
 #[derive(Default)]
 struct SplatSamples {
-    /// Contributions, each with the pixel whose sample found it.
+    /// Light of each cell that counts where the sensor ray lies on the film, and the part of it that is bias.
+    own: Vec<[Spectrum; 2]>,
+    /// Contributions, and the cell whose sample each is: all of them if `keeps_own`, otherwise those with places of their own.
     contributions: Vec<(usize, Contribution)>,
-    /// Parts of their light, if the film keeps [parts](crate::film::LightParts).
+    /// Parts of their light, if the film asks for [parts](crate::film::LightParts).
     parts: Option<Vec<(usize, FoundPart)>>,
 }
 
 /// Films to which samples of the whole image are added.
 pub(super) struct ImageFilms<'a> {
     pub film: &'a mut Film,
-    /// Image without its known bias.
+    /// The image without known bias.
     pub debiased: Option<&'a mut Debiased>,
     /// Images of strategies.
     pub strategies: Option<&'a mut Strategies>,
 }
 
-/// Sample of the whole image, or a replicate of samples, for one group of channels.
+/// A sample of the whole image, or a replicate of them, for one group of channels.
 pub(super) struct ImageScores {
     pub image: Scores,
-    /// Single samples of the image without its known bias, if there is such an image.
+    /// Single samples of the image without known bias, if there is any.
     pub debiased: Vec<Vec<Spectrum>>,
     pub strategies: StrategyScores,
 }
@@ -84,40 +87,39 @@ impl ImageScores {
     }
 }
 
-/// Samples of the whole image of one group of channels, and the fate of the emitters' power.
+/// Samples of the whole image of one group of channels, and what became of the power of emitters.
 pub(super) type FoundImages = (Vec<ImageScores>, BalanceTotals);
 
-/// Task: some pixels of one sample.
+/// A unit of work: some cells of one sample.
 #[derive(Clone, Debug)]
 struct Task {
     sample: u64,
-    pixels: Range<usize>,
+    cells: Range<usize>,
 }
 
-/// Tasks in the order in which their results are added up.
+/// Units of work in the order in which they are added up.
 struct Tasks {
-    pixels: usize,
+    cells: usize,
     per_sample: u64,
 }
 
 impl Tasks {
-    fn over(pixels: usize) -> Self {
+    fn over(cells: usize) -> Self {
         Tasks {
-            pixels,
-            per_sample: pixels.div_ceil(PIXELS_PER_TASK) as u64,
+            cells,
+            per_sample: cells.div_ceil(CELLS_PER_TASK) as u64,
         }
     }
 
     fn get(&self, number: u64) -> Task {
-        let from = (number % self.per_sample) as usize * PIXELS_PER_TASK;
+        let from = (number % self.per_sample) as usize * CELLS_PER_TASK;
         Task {
             sample: number / self.per_sample,
-            pixels: from..self.pixels.min(from + PIXELS_PER_TASK),
+            cells: from..self.cells.min(from + CELLS_PER_TASK),
         }
     }
 
-    /// Divides the tasks of some samples into blocks. Each block belongs to one sample if pixels
-    /// share light subpaths.
+    /// The blocks in which work for some samples is done: each is of one sample if light is shared there.
     fn blocks(&self, samples: Range<u64>, is_shared: bool) -> impl Iterator<Item = Range<u64>> {
         let run = if is_shared {
             1
@@ -136,36 +138,22 @@ impl Tasks {
     }
 }
 
-/// Takes a range of samples of the whole image, whole replicates, for the source's channel group.
-/// Makes images of strategies if they are `told_apart`.
+/// Takes a range of samples of the whole image, whole replicates, for the source's channel group; images of strategies if they
+/// are `told_apart`.
 pub(super) fn pass(
     light: &LightSamples,
     samples: Range<u64>,
     film: &Film,
     told_apart: bool,
 ) -> (FoundImages, Stats) {
-    let (source, pixels) = (light.source, film.width() * film.height());
-    let tasks = Tasks::over(pixels);
-    let mut stats = Stats::default();
-    let mut found = Vec::new();
-    let mut balances = BalanceTotals::default();
-    let blank = || vec![Spectrum::ZERO; pixels];
-    // Sums of a sample, and of its part that is bias; allocated when the sample begins.
-    let (mut image, mut bias) = (Vec::new(), Vec::new());
-    // Sums of a replicate.
-    let (mut replicate, mut debiased, mut sorted) = (Vec::new(), Vec::new(), Vec::new());
-    let mut strategies = StrategyScores::default();
-    let size = source.replicates.size();
-    // A power of two, so that products are exact.
-    let share = 1.0 / size as f64;
-    let mut balance = BalanceSums::default();
+    let source = light.source;
+    let tasks = Tasks::over(source.cells.count());
     let decomposition = film.layers().map(|layers| *layers.decomposition());
-    let mut layered = decomposition.map(|d| Layered::new(d, pixels));
-    let decomposition = decomposition.unwrap_or_default();
-    let (blurs, sorts) = (
-        light.integrator.blurs(),
-        film.outliers(source.group).is_some(),
-    );
+    let mut assembly = Assembly::new(light, film, decomposition, told_apart);
+    let wanted = Wanted {
+        decomposition: decomposition.unwrap_or_default(),
+        keeps_own: told_apart || decomposition.is_some(),
+    };
     let is_shared = light.integrator.shares_light_paths();
     let mut shared = None;
     for block in tasks.blocks(samples, is_shared) {
@@ -173,12 +161,12 @@ pub(super) fn pass(
             break;
         }
         if is_shared && block.start.is_multiple_of(tasks.per_sample) {
-            // Free the old map first: there is no room for two.
+            // There is no room for two.
             drop(shared.take());
             let sample = block.start / tasks.per_sample;
-            shared = shared::trace(light, sample, decomposition).map(|followed| {
-                stats += followed.stats;
-                balance += followed.balance;
+            shared = shared::trace(light, sample, wanted.decomposition).map(|followed| {
+                assembly.stats += followed.stats;
+                assembly.balance += followed.balance;
                 followed.found
             });
         }
@@ -186,150 +174,294 @@ pub(super) fn pass(
         let parts: Vec<(SplatSamples, Stats, BalanceSums)> = numbers
             .into_par_iter()
             .with_max_len(1)
-            .map(|number| part(light, tasks.get(number), shared.as_ref(), &decomposition))
+            .map(|number| part(light, tasks.get(number), shared.as_ref(), &wanted))
             .collect();
         for (number, (part, counts, particles)) in block.zip(parts) {
-            stats += counts;
-            balance += particles;
-            if image.is_empty() {
-                image = blank();
-                bias = if blurs { blank() } else { Vec::new() };
+            assembly.stats += counts;
+            assembly.balance += particles;
+            let Task { sample, cells } = tasks.get(number);
+            if cells.start == 0 {
+                assembly.begin(sample);
             }
-            for (own, contribution) in &part.contributions {
-                let value = contribution.weighted();
-                splat(source, *own, contribution.image, |pixel, filter| {
-                    // Planted error "filter of the light image not normalised", found by morgana-transport/transport::agreement::estimators_agree_quickly:
-                    // image[pixel] += value * filter.ceil();
-                    image[pixel] += value * filter;
-                });
-                if blurs {
-                    // Only light that a pixel's own sample finds is blurred.
-                    bias[*own] += contribution.bias * contribution.weight;
-                }
+            assembly.add(part);
+            if cells.end == tasks.cells {
+                assembly.end(sample);
             }
-            if let Some(layered) = &mut layered {
-                layered.splat(source, &part, share);
-            }
-            if told_apart {
-                strategies.splat(source, &part.contributions, share);
-            }
-            let Task {
-                sample,
-                pixels: done,
-            } = tasks.get(number);
-            if done.end < pixels {
-                continue;
-            }
-            balances.enter(&std::mem::take(&mut balance));
-            if blurs {
-                let values = image.iter().zip(&bias);
-                let values = values.map(|(value, bias)| finite(*value - *bias, &mut 0));
-                debiased.push(values.collect());
-            }
-            for value in &mut image {
-                *value = finite(*value, &mut stats.not_finite);
-            }
-            if sorts {
-                sorted.extend(image.iter().copied().enumerate());
-            }
-            image.iter_mut().for_each(|value| *value *= share);
-            if replicate.is_empty() {
-                replicate = std::mem::take(&mut image);
-            } else {
-                let values = replicate.iter_mut().zip(image.drain(..));
-                values.for_each(|(mean, value)| *mean += value);
-            }
-            if !(sample + 1).is_multiple_of(size) {
-                continue;
-            }
-            let layers = layered.as_mut().map_or(Vec::new(), Layered::finish);
-            found.push(ImageScores {
+        }
+    }
+    ((assembly.found, assembly.balances), assembly.stats)
+}
+
+/// Samples of the whole image, being added up from those of cells.
+struct Assembly<'a> {
+    source: &'a Source<'a>,
+    /// True if only part of the light that sensor rays find is unbiased.
+    blurs: bool,
+    /// True if samples are sorted by brightness.
+    sorts: bool,
+    told_apart: bool,
+    /// Where the current sample counts.
+    footprint: Footprint,
+    /// Values of the current sample by cell, and the parts of them that are bias.
+    own: Vec<[Spectrum; 2]>,
+    /// Light of the current sample that counts elsewhere than where its sensor rays lie, by pixel.
+    image: Vec<Spectrum>,
+    /// Mean of the current replicate so far, by pixel.
+    replicate: Vec<Spectrum>,
+    layered: Option<Layered>,
+    debiased: Vec<Vec<Spectrum>>,
+    sorted: Vec<PlacedValue>,
+    strategies: StrategyScores,
+    balance: BalanceSums,
+    found: Vec<ImageScores>,
+    balances: BalanceTotals,
+    stats: Stats,
+}
+
+impl<'a> Assembly<'a> {
+    fn new(
+        light: &LightSamples<'a>,
+        film: &Film,
+        decomposition: Option<Decomposition>,
+        told_apart: bool,
+    ) -> Self {
+        let source = light.source;
+        Assembly {
+            source,
+            blurs: light.integrator.blurs(),
+            sorts: film.outliers(source.group).is_some(),
+            told_apart,
+            footprint: source.footprint(0),
+            own: Vec::new(),
+            image: Vec::new(),
+            replicate: Vec::new(),
+            layered: decomposition.map(|d| Layered::new(d, film.width() * film.height())),
+            debiased: Vec::new(),
+            sorted: Vec::new(),
+            strategies: StrategyScores::default(),
+            balance: BalanceSums::default(),
+            found: Vec::new(),
+            balances: BalanceTotals::default(),
+            stats: Stats::default(),
+        }
+    }
+
+    /// Number of pixels of the film.
+    fn pixels(&self) -> usize {
+        let film = self.source.scene.film();
+        film.width * film.height
+    }
+
+    /// The share of a sample in its replicate: a power of two, so that nothing is rounded.
+    fn share(&self) -> f64 {
+        1.0 / self.source.replicates.size() as f64
+    }
+
+    fn begin(&mut self, sample: u64) {
+        self.footprint = self.source.footprint(sample);
+        self.own.clear();
+        self.image.clear();
+        self.image.resize(self.pixels(), Spectrum::ZERO);
+    }
+
+    /// Adds the next cells of the current sample.
+    fn add(&mut self, part: SplatSamples) {
+        let share = self.share();
+        for (cell, contribution) in part.contributions.iter().filter(|(_, c)| c.image.is_some()) {
+            let value = contribution.weighted();
+            let place = Place::of(*cell, contribution.image);
+            splat(self.source, &self.footprint, place, |pixel, filter| {
+                // Planted error "filter of the light image not normalised", found by morgana-transport/transport::agreement::estimators_agree_quickly:
+                // self.image[pixel] += value * filter.ceil();
+                self.image[pixel] += value * filter;
+            });
+        }
+        if let Some(layered) = &mut self.layered {
+            layered.splat(self.source, &self.footprint, &part, share);
+        }
+        if self.told_apart {
+            let contributions = &part.contributions;
+            self.strategies
+                .splat(self.source, &self.footprint, contributions, share);
+        }
+        self.own.extend(part.own);
+    }
+
+    /// Ends the current sample, and the replicate with its last sample.
+    fn end(&mut self, sample: u64) {
+        let (share, size) = (self.share(), self.source.replicates.size());
+        self.balances.enter(&std::mem::take(&mut self.balance));
+        let mut image = std::mem::take(&mut self.image);
+        if self.blurs {
+            let unbiased = |cell: usize| self.own[cell][0] - self.own[cell][1];
+            let mut values = image.clone();
+            spread(self.source, &self.footprint, unbiased, &mut values);
+            values
+                .iter_mut()
+                .for_each(|value| *value = finite(*value, &mut 0));
+            self.debiased.push(values);
+        }
+        spread(
+            self.source,
+            &self.footprint,
+            |cell| self.own[cell][0],
+            &mut image,
+        );
+        for value in &mut image {
+            *value = finite(*value, &mut self.stats.not_finite);
+        }
+        if self.sorts {
+            self.sorted.extend(image.iter().copied().enumerate());
+        }
+        image.iter_mut().for_each(|value| *value *= share);
+        if self.replicate.is_empty() {
+            self.replicate = image;
+        } else {
+            let values = self.replicate.iter_mut().zip(&image);
+            values.for_each(|(mean, value)| *mean += *value);
+            self.image = image;
+        }
+        if (sample + 1).is_multiple_of(size) {
+            let layers = self.layered.as_mut().map_or(Vec::new(), Layered::finish);
+            self.found.push(ImageScores {
                 image: Scores::of_image(
-                    std::mem::take(&mut replicate),
+                    std::mem::take(&mut self.replicate),
                     layers,
-                    std::mem::take(&mut sorted),
+                    std::mem::take(&mut self.sorted),
                 ),
-                debiased: std::mem::take(&mut debiased),
-                strategies: std::mem::take(&mut strategies),
+                debiased: std::mem::take(&mut self.debiased),
+                strategies: std::mem::take(&mut self.strategies),
             });
         }
     }
-    ((found, balances), stats)
+}
+
+/// Adds values of cells to the pixels in which a sample counts.
+pub(super) fn spread(
+    source: &Source,
+    footprint: &Footprint,
+    value: impl Fn(usize) -> Spectrum + Sync,
+    image: &mut [Spectrum],
+) {
+    let pixels = image.par_iter_mut().enumerate();
+    pixels
+        .with_min_len(PIXELS_PER_TASK)
+        .for_each(|(pixel, sum)| {
+            source.cells.each_cell(footprint, pixel, |cell, weight| {
+                *sum += value(cell) * weight;
+            });
+        });
+}
+
+/// What of the samples of cells is wanted besides their sums.
+struct Wanted {
+    /// Parts and layers of light.
+    decomposition: Decomposition,
+    /// True if contributions that count where their sensor rays lie are wanted one by one.
+    keeps_own: bool,
 }
 
 fn part(
     light: &LightSamples,
     task: Task,
     shared: Option<&Merging>,
-    decomposition: &Decomposition,
+    wanted: &Wanted,
 ) -> (SplatSamples, Stats, BalanceSums) {
-    let mut ws = light.source.workspace();
+    let source = light.source;
+    let mut ws = source.workspace();
     let mut balance = BalanceSums::default();
     let (mut found, mut part) = (Vec::new(), SplatSamples::default());
-    let mut followed = FollowedSamples::of(light, decomposition);
+    let mut followed = FollowedSamples::of(light, &wanted.decomposition);
     part.parts = followed.is_some().then(Vec::new);
-    let taken = task.pixels.len() as u64;
-    for pixel in task.pixels {
+    let footprint = source.footprint(task.sample);
+    let may_skip = !light.integrator.splats();
+    let taken = source.cells.pixels_among(task.cells.clone());
+    for cell in task.cells {
+        if may_skip && !source.cells.counts(&footprint, cell) {
+            part.own.push([Spectrum::ZERO; 2]);
+            continue;
+        }
         match &mut followed {
-            Some(followed) => followed.take([pixel as u64, task.sample], &mut ws, &mut found),
-            None => shared::take(light, shared, pixel, task.sample, &mut ws, &mut found),
+            Some(followed) => followed.take([cell as u64, task.sample], &mut ws, &mut found),
+            None => shared::take(light, shared, cell, task.sample, &mut ws, &mut found),
         }
         balance.add(
             &std::mem::take(&mut ws.particle_balance),
             &mut ws.stats.not_finite,
         );
+        let mut own = [Spectrum::ZERO; 2];
         for contribution in found.drain(..) {
-            if contribution.is_finite() {
-                part.contributions.push((pixel, contribution));
-            } else {
+            if !contribution.is_finite() {
                 ws.stats.not_finite += 1;
+                continue;
+            }
+            if contribution.image.is_none() {
+                own[0] += contribution.weighted();
+                // Only light that a sensor ray finds is blurred.
+                own[1] += contribution.bias * contribution.weight;
+            }
+            if wanted.keeps_own || contribution.image.is_some() {
+                part.contributions.push((cell, contribution));
             }
         }
+        part.own.push(own);
         if let (Some(parts), Some(followed)) = (&mut part.parts, &followed) {
             let found = followed.parts().filter(|part| !part.value.is_zero());
             parts.extend(found.map(|part| {
                 let value = finite(part.value, &mut ws.stats.not_finite);
-                (pixel, FoundPart { value, ..part })
+                (cell, FoundPart { value, ..part })
             }));
         }
     }
-    light.source.handle.count(taken);
+    source.handle.count(taken as u64);
     (part, ws.stats(), balance)
 }
 
-/// Passes to `count` each pixel to which a contribution counts, with its factor: the pixel of its
-/// own sample, or the pixels around its position on the image.
-pub(super) fn splat(
-    source: &Source,
-    own: usize,
-    image: Option<[f64; 2]>,
-    mut count: impl FnMut(usize, f64),
-) {
-    let spec = source.scene.film();
-    let Some(image) = image else {
-        return count(own, 1.0);
-    };
-    // A pixel's filter per unit of the image's area is the filter per pixel times the number of
-    // pixels of the whole image. There are as many paths as pixels of the film.
-    let share = spec
-        .window
-        .map_or(1.0, |w| w.pixels() / (spec.width * spec.height) as f64);
-    let place = spec.position(image);
-    footprint(
-        spec.width,
-        spec.height,
-        &spec.filter,
-        place,
-        |pixel, value| {
-            count(pixel, value * share);
-        },
-    );
+/// Where a contribution counts on the film.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Place {
+    /// Where the sensor ray of its cell lies.
+    Cell(usize),
+    /// At a point of the sensor's image.
+    Image([f64; 2]),
 }
 
-/// Layers of a sample of the whole image that is being added up.
+impl Place {
+    /// The place of a contribution to the sample of a cell: see [`Contribution::image`].
+    pub(super) fn of(cell: usize, image: Option<[f64; 2]>) -> Self {
+        image.map_or(Place::Cell(cell), Place::Image)
+    }
+}
+
+/// Calls `count` with the pixels in which a contribution counts, and its factor there; `footprint` is that of its sample.
+pub(super) fn splat(
+    source: &Source,
+    footprint: &Footprint,
+    place: Place,
+    count: impl FnMut(usize, f64),
+) {
+    match place {
+        Place::Cell(cell) => source.cells.each_pixel(footprint, cell, count),
+        Place::Image(image) => splat_image(source, image, count),
+    }
+}
+
+/// Calls `count` with the pixels in which light counts that arrives at a point of the sensor's image, and its factor there.
+pub(super) fn splat_image(source: &Source, image: [f64; 2], mut count: impl FnMut(usize, f64)) {
+    let spec = source.scene.film();
+    // A pixel's filter per unit of the image's area is the image's number of pixels times that per pixel, and
+    // there are as many light subpaths as cells.
+    let share = spec.pixels_of_image() / source.cells.count() as f64;
+    let footprint = Footprint::at(&spec.filter, spec.position(image));
+    footprint.each([spec.width, spec.height], [0, 0], |pixel, weight| {
+        count(pixel, weight * share);
+    });
+}
+
+/// The layers of a sample of the whole image, being added up.
 struct Layered {
     decomposition: Decomposition,
-    /// Sums by pixel and layer.
+    /// By pixel and layer.
     pending: Pending,
 }
 
@@ -341,14 +473,25 @@ impl Layered {
         }
     }
 
-    /// Adds samples, times `share`.
-    fn splat(&mut self, source: &Source, samples: &SplatSamples, share: f64) {
+    /// Adds a `share` of samples of some cells, which count at a footprint.
+    fn splat(
+        &mut self,
+        source: &Source,
+        footprint: &Footprint,
+        samples: &SplatSamples,
+        share: f64,
+    ) {
         let layers = self.decomposition.layers();
         let pending = &mut self.pending;
         let mut add = |own: usize, part: &FoundPart| {
-            splat(source, own, part.image, |pixel, filter| {
-                pending.add(pixel * layers + part.layer, part.value * (filter * share));
-            });
+            splat(
+                source,
+                footprint,
+                Place::of(own, part.image),
+                |pixel, filter| {
+                    pending.add(pixel * layers + part.layer, part.value * (filter * share));
+                },
+            );
         };
         if let Some(parts) = &samples.parts {
             return parts.iter().for_each(|(own, part)| add(*own, part));
@@ -363,8 +506,7 @@ impl Layered {
         }
     }
 
-    /// Returns the non-zero values with their places, pixel × number of layers + layer, and resets
-    /// them.
+    /// Values that are not zero with their places, pixel × number of layers + layer; begins anew.
     fn finish(&mut self) -> Vec<PlacedValue> {
         let mut values = Vec::new();
         self.pending

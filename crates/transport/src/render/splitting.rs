@@ -82,7 +82,7 @@ impl SplitPath {
         };
         ws.split = None;
         light.take_by(
-            pixel,
+            light.source.cells.of_pixel(pixel),
             sample,
             ws,
             &mut Vec::new(),

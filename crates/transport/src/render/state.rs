@@ -261,7 +261,7 @@ impl RenderPasses<'_> {
                 let (images, stats) = photons::pass(source, mapping, samples, film);
                 (Found::Images(images), stats)
             }
-            Renderer::Light(integrator) if integrator.splats() => {
+            Renderer::Light(integrator) if integrator.splats() || source.cells.overlap() => {
                 let light = source.light(*integrator);
                 let told_apart = sums.strategies.is_some();
                 let (images, stats) = splats::pass(&light, samples, film, told_apart);

@@ -2,9 +2,9 @@
 //! strategy is good, and which one is wrong if they disagree.
 
 use super::source::{Source, finite};
-use super::splats::splat;
+use super::splats::{Place, splat};
 use crate::Spectrum;
-use crate::film::{Film, FilmShape, Scores};
+use crate::film::{Film, FilmShape, Footprint, Scores};
 use crate::integrator::Contribution;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -43,10 +43,11 @@ pub(super) struct Strategies {
 pub(super) struct StrategyScores(BTreeMap<Strategy, [Vec<Spectrum>; 2]>);
 
 impl StrategyScores {
-    /// Adds contributions, times `share`.
+    /// Adds contributions with a footprint, times `share`.
     pub(super) fn splat(
         &mut self,
         source: &Source,
+        footprint: &Footprint,
         contributions: &[(usize, Contribution)],
         share: f64,
     ) {
@@ -58,7 +59,8 @@ impl StrategyScores {
             let images = self.0.entry(key).or_insert_with(new);
             let values = [contribution.weighted(), contribution.value];
             for (image, value) in images.iter_mut().zip(values) {
-                splat(source, *own, contribution.image, |pixel, filter| {
+                let place = Place::of(*own, contribution.image);
+                splat(source, footprint, place, |pixel, filter| {
                     image[pixel] += value * (filter * share);
                 });
             }

@@ -9,7 +9,8 @@ use super::Prepared;
 use super::pilot::search;
 use super::pilot_pixels::{spread, tile_of};
 use super::source::LightSamples;
-use super::splats::splat;
+use super::splats::{Place, splat};
+use crate::film::Footprint;
 use crate::integrator::Contribution;
 use crate::path::{StrategyFind, StrategyKind, StrategySample, StrategyTraining, Workspace};
 
@@ -44,8 +45,8 @@ pub(super) fn prepared(light: &LightSamples, groups: usize) -> Prepared {
             found.clear();
             // Place each sample in its own replicate: samples of one replicate are not independent.
             let sample = FIRST + light.source.replicates.size() * (2 * i as u64 + k);
-            light.take(pixel, sample, &mut ws, &mut found);
-            finds.add(light, pixel, &found);
+            light.take_pixel(pixel, sample, &mut ws, &mut found);
+            finds.add(light, [pixel as u64, sample], &found);
         }
     }
     let mut prepared = light.source.prepared.clone();
@@ -72,8 +73,11 @@ struct Finds {
 }
 
 impl Finds {
-    fn add(&mut self, light: &LightSamples, pixel: usize, found: &[Contribution]) {
-        let finds = found.iter().filter_map(|c| find(light, pixel, c));
+    fn add(&mut self, light: &LightSamples, [pixel, sample]: [u64; 2], found: &[Contribution]) {
+        let (pixel, footprint) = (pixel as usize, light.source.footprint(sample));
+        let finds = found
+            .iter()
+            .filter_map(|c| find(light, pixel, &footprint, c));
         self.samples.push((cell_of(light, pixel), finds.collect()));
     }
 
@@ -124,12 +128,18 @@ impl Finds {
 }
 
 /// Converts a contribution to a sample of a pixel to training data; `None` if it is not finite.
-fn find(light: &LightSamples, pixel: usize, contribution: &Contribution) -> Option<Find> {
+fn find(
+    light: &LightSamples,
+    pixel: usize,
+    footprint: &Footprint,
+    contribution: &Contribution,
+) -> Option<Find> {
     let (s, t) = contribution.strategy;
     // Enter a contribution to several pixels in one of them, as the root of the sum of squares,
     // which determines its variance.
     let (mut squares, mut place) = (0.0, pixel);
-    splat(light.source, pixel, contribution.image, |pixel, filter| {
+    let own = Place::of(light.source.cells.of_pixel(pixel), contribution.image);
+    splat(light.source, footprint, own, |pixel, filter| {
         squares += filter * filter;
         place = pixel;
     });

@@ -11,7 +11,7 @@
 use super::RayAccuracy;
 use super::pilot_pixels::{spread, tile_of};
 use super::source::{LightSamples, finite};
-use super::splats::splat;
+use super::splats::splat_image;
 use crate::integrator::Contribution;
 use eikonal::{Solver, Tolerance};
 
@@ -83,7 +83,7 @@ impl Samples {
                 // independent.
                 let sample = FIRST + source.replicates.size() * (2 * i as u64 + k);
                 let mut found = Vec::new();
-                light.take(pixel, sample, &mut ws, &mut found);
+                light.take_pixel(pixel, sample, &mut ws, &mut found);
                 found
             }));
         }
@@ -102,6 +102,7 @@ impl Samples {
     /// standard deviations of one sample: the mean over tiles.
     fn effect_of(&self, others: &Samples, light: &LightSamples) -> f64 {
         let mut tiles = [Tile::default(); SIDE * SIDE];
+        let noise = light.source.cells.noise();
         for (i, (pair, other)) in self.pairs.iter().zip(&others.pairs).enumerate() {
             let pixel = spread(i, light.source.scene.film());
             let tile_of = |pixel| tile_of(pixel, light.source.scene.film(), SIDE);
@@ -109,11 +110,12 @@ impl Samples {
             let tile = &mut tiles[tile_of(pixel)];
             tile.samples += 2.0;
             tile.brightness += own[0] + own[1];
-            tile.squares += (own[0] - own[1]).powi(2);
+            tile.squares += (own[0] - own[1]).powi(2) * noise;
             tile.difference += difference(&pair[0], &other[0]) + difference(&pair[1], &other[1]);
-            for contribution in pair.iter().flatten().filter(|c| c.image.is_some()) {
+            let found = pair.iter().flatten();
+            for (contribution, image) in found.filter_map(|c| Some((c, c.image?))) {
                 let value = brightness(contribution);
-                splat(light.source, pixel, contribution.image, |pixel, filter| {
+                splat_image(light.source, image, |pixel, filter| {
                     let tile = &mut tiles[tile_of(pixel)];
                     tile.brightness += value * filter;
                     tile.squares += (value * filter).powi(2);

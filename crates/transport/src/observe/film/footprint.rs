@@ -1,50 +1,107 @@
-//! Pixels to which a point of the image contributes.
+//! Pixels in which light at a point of the film counts (docs/theory.md#film).
 
 use super::Filter;
+use smallvec::SmallVec;
 
-/// Passes to `count` each pixel whose filter covers a position, with the filter's value there, per
-/// pixel. The position is in pixels from the top left corner of a `width × height` image. The
-/// values are those that camera samples at this position represent ([`Filter::sample`],
-/// [`Filter::weight`]).
+/// Pixels around a point of the film, with the weights that the reconstruction filter gives them there.
 ///
-/// Keep these loops: Rust 1.95 compiled an iterator in their place wrongly where it was inlined in
-/// release builds. Values then went to the pixels of the next row. `scripts/same_bits.py` detects
-/// this.
-pub(crate) fn footprint(
-    width: usize,
-    height: usize,
-    filter: &Filter,
-    [x, y]: [f64; 2],
-    mut count: impl FnMut(usize, f64),
-) {
-    let columns = reach(x, width, filter.radius());
-    for row in reach(y, height, filter.radius()) {
-        let vertical = filter.value(y - (row as f64 + 0.5));
-        for column in columns.clone() {
-            let value = vertical * filter.value(x - (column as f64 + 0.5));
-            if value != 0.0 {
-                count(row * width + column, value);
-            }
+/// The weights of all pixels, within the film and beyond, add up to one.
+#[derive(Clone, Debug)]
+pub(crate) struct Footprint {
+    columns: Taps,
+    rows: Taps,
+}
+
+/// Weights of consecutive pixels along one axis.
+#[derive(Clone, Debug)]
+struct Taps {
+    first: i64,
+    weights: SmallVec<[f64; 8]>,
+}
+
+/// Points beyond this distance from the film, in pixels, are far outside it.
+const FAR: f64 = 1e9;
+
+impl Taps {
+    fn at(filter: &Filter, position: f64) -> Self {
+        // False for a position that is not a number, too.
+        let is_near = position.abs() < FAR;
+        let (first, end) = if is_near {
+            let nearest = position - 0.5;
+            let radius = filter.radius();
+            let first = (nearest - radius).ceil() as i64;
+            (first, (nearest + radius).floor() as i64 + 1)
+        } else {
+            (0, 0)
+        };
+        let value = |pixel: i64| filter.value(position - (pixel as f64 + 0.5));
+        let mut weights: SmallVec<[f64; 8]> = (first..end).map(value).collect();
+        let sum: f64 = weights.iter().sum();
+        if sum != 0.0 {
+            weights.iter_mut().for_each(|weight| *weight /= sum);
         }
+        Taps { first, weights }
+    }
+
+    /// Pixels from 0 to below `size` with their weights; `offset` is added to their numbers.
+    fn within(&self, size: usize, offset: i64) -> impl Iterator<Item = (usize, f64)> + Clone + '_ {
+        let pixels = self.first + offset..;
+        let inside = pixels.zip(&self.weights);
+        inside.filter_map(move |(pixel, weight)| {
+            let pixel = usize::try_from(pixel).ok()?;
+            (pixel < size && *weight != 0.0).then_some((pixel, *weight))
+        })
     }
 }
 
-/// Returns the pixels along one axis whose centres are no farther than `radius` from a position.
-fn reach(position: f64, size: usize, radius: f64) -> std::ops::Range<usize> {
-    let clamp = |v: f64| v.clamp(0.0, size as f64) as usize;
-    clamp((position - 0.5 - radius).floor())..clamp((position - 0.5 + radius).floor() + 1.0)
+impl Footprint {
+    /// Weights at a position in pixels from the film's top left corner.
+    pub(crate) fn at(filter: &Filter, [x, y]: [f64; 2]) -> Self {
+        Footprint {
+            columns: Taps::at(filter, x),
+            rows: Taps::at(filter, y),
+        }
+    }
+
+    /// Calls `count` with each pixel of a `width × height` film whose weight is not zero, and its weight, if the point is moved by
+    /// whole pixels.
+    pub(crate) fn each(
+        &self,
+        [width, height]: [usize; 2],
+        [across, down]: [i64; 2],
+        mut count: impl FnMut(usize, f64),
+    ) {
+        for (row, vertical) in self.rows.within(height, down) {
+            for (column, horizontal) in self.columns.within(width, across) {
+                count(row * width + column, vertical * horizontal);
+            }
+        }
+    }
+
+    /// True if a pixel of a film has weight: see [`Footprint::each`].
+    pub(crate) fn reaches(&self, [width, height]: [usize; 2], [across, down]: [i64; 2]) -> bool {
+        let columns = self.columns.within(width, across).next();
+        columns.and(self.rows.within(height, down).next()).is_some()
+    }
+
+    /// Weights of the columns of a point's neighbourhood and of its rows, by their distance from the point's pixel: the first is
+    /// the distance of the first weight.
+    pub(crate) fn axes(&self) -> [(i64, &[f64]); 2] {
+        [&self.columns, &self.rows].map(|taps| (taps.first, taps.weights.as_slice()))
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::SignedFilter;
     use super::*;
 
-    /// Footprint of `place`, which is in units of the image.
-    fn pixels([width, height]: [usize; 2], filter: Filter, place: [f64; 2]) -> Vec<(usize, f64)> {
+    /// `place` in units of the image.
+    fn pixels(size: [usize; 2], filter: Filter, place: [f64; 2]) -> Vec<(usize, f64)> {
         let mut found = Vec::new();
-        let place = [place[0] * width as f64, place[1] * height as f64];
-        footprint(width, height, &filter, place, |pixel, value| {
-            found.push((pixel, value));
+        let place = [0, 1].map(|axis| place[axis] * size[axis] as f64);
+        Footprint::at(&filter, place).each(size, [0, 0], |pixel, weight| {
+            found.push((pixel, weight));
         });
         found
     }
@@ -55,20 +112,35 @@ mod tests {
         assert_eq!(at(0.0, 0.0), [(0, 1.0)]);
         assert_eq!(at(0.25, 0.0), [(1, 1.0)]);
         assert_eq!(at(0.999, 0.999), [(7, 1.0)]);
-        for outside in [-1e-9, 1.0, f64::NAN, f64::INFINITY] {
+        for outside in [-1e-9, 1.0, 1e300, f64::NAN, f64::INFINITY] {
             assert_eq!(at(outside, 0.5), []);
         }
     }
 
+    /// Weights at any point add up to one, with every filter, narrow ones included.
     #[test]
-    fn wide_filters_reach_neighbours() {
-        let filter = Filter::Gaussian { stddev: 0.5 };
-        // The values of a footprint add up to one on average over positions within a pixel.
-        let place = |i: usize| (32.0 + (i as f64 + 0.5) / 8.0) / 64.0;
-        let at = |i: usize| pixels([64, 64], filter, [place(i % 8), place(i / 8)]);
-        let mean: f64 = (0..64).flat_map(at).map(|p| p.1).sum::<f64>() / 64.0;
-        assert!((mean - 1.0).abs() < 1e-3, "{mean}");
-        let beyond = pixels([64, 64], filter, [-0.5 / 64.0, 0.5]);
+    fn weights_add_up_to_one() {
+        let filters = [
+            Filter::Box,
+            Filter::Tent { radius: 0.7 },
+            Filter::Tent { radius: 1.0 },
+            Filter::Gaussian { stddev: 0.3 },
+            Filter::Gaussian { stddev: 0.5 },
+            Filter::Signed(SignedFilter::cubic(1.0 / 3.0, 1.0 / 3.0)),
+            Filter::Signed(SignedFilter::lanczos(3)),
+        ];
+        for filter in filters {
+            for i in 0..100 {
+                let place = [i, 37 * i].map(|i| (30.0 + 0.05 * f64::from(i % 40)) / 64.0);
+                let sum: f64 = pixels([64, 64], filter, place).iter().map(|p| p.1).sum();
+                assert!((sum - 1.0).abs() < 1e-12, "{filter:?} at {place:?}: {sum}");
+            }
+        }
+        let beyond = pixels(
+            [64, 64],
+            Filter::Gaussian { stddev: 0.5 },
+            [-0.5 / 64.0, 0.5],
+        );
         assert!(!beyond.is_empty());
     }
 }

@@ -1,5 +1,6 @@
 //! Films: sums of samples per pixel (docs/theory.md#film).
 
+mod cells;
 mod decomposition;
 mod filter;
 mod footprint;
@@ -11,9 +12,10 @@ mod signed_filter;
 mod spec;
 mod summary;
 
+pub(crate) use cells::Cells;
 pub use decomposition::{Decomposition, LayerAxis, LightParts, PathFacts};
 pub use filter::Filter;
-pub(crate) use footprint::footprint;
+pub(crate) use footprint::Footprint;
 pub use layers::Layers;
 pub(crate) use layers::Pending;
 pub use outliers::OutlierRejection;

@@ -31,13 +31,6 @@ pub struct FilmWindow {
     pub corner: [f64; 2],
 }
 
-impl FilmWindow {
-    /// Number of pixels of the whole image.
-    pub(crate) fn pixels(&self) -> f64 {
-        self.image[0] as f64 * self.image[1] as f64
-    }
-}
-
 impl FilmSpec {
     /// Converts a position, in pixels from the picture's top left corner, to units of the sensor's
     /// image.
@@ -61,6 +54,12 @@ impl FilmSpec {
                 t * w.image[1] as f64 - w.corner[1],
             ],
         }
+    }
+
+    /// Number of pixels of the whole image of the sensor.
+    pub(crate) fn pixels_of_image(&self) -> f64 {
+        let size = self.window.map_or([self.width, self.height], |w| w.image);
+        size[0] as f64 * size[1] as f64
     }
 
     /// Number of channel groups. Each has its own scene and its own paths.

@@ -9,7 +9,7 @@ use crate::attached::{
     self, AttachedPath, AttachedWalk, IndexDerivativeError, IndexPlan, Majorants,
 };
 use crate::derivative::DerivativeError;
-use crate::film::{Decomposition, LightParts, PathFacts};
+use crate::film::{Decomposition, Footprint, LightParts, PathFacts};
 use crate::integrator::{Integrator, PathTracer};
 use crate::render::source::{Source, finite};
 use crate::render::{Handle, RenderOptions, prepare};
@@ -236,7 +236,7 @@ impl Pass<'_> {
         let units = Units {
             count: self.options.samples / replicate,
             size: replicate,
-            paths: self.pixels(),
+            paths: self.source.cells.count(),
             sums: 1 + self.plan.len(),
             values: 1 + self.plan.counts(self.source.scene).iter().sum::<usize>(),
         };
@@ -261,9 +261,9 @@ impl Pass<'_> {
     /// Adds the sums of a part of the pixels: the contributions of paths, and their derivatives.
     fn part(&self, part: &Part, sums: &mut [f64]) -> Stats {
         let source = self.source;
-        let (samples, pixels) = (&part.samples, part.of(self.pixels()));
-        let count = pixels.len() as u64 * (samples.end - samples.start);
-        source.handle.count(count);
+        let (samples, cells) = (&part.samples, part.of(source.cells.count()));
+        let pixels = source.cells.pixels_among(cells.clone()) as u64;
+        source.handle.count(pixels * (samples.end - samples.start));
         let (mut stats, mut path) = (Stats::default(), AttachedPath::default());
         let limits = self.options.path;
         let walk = AttachedWalk {
@@ -275,12 +275,16 @@ impl Pass<'_> {
             max_depth: limits.max_depth.unwrap_or(u32::MAX),
             rr_depth: limits.rr_depth,
         };
-        for pixel in pixels {
-            for sample in samples.clone() {
+        let footprints: Vec<Footprint> = samples.clone().map(|s| source.footprint(s)).collect();
+        for cell in cells {
+            for (sample, footprint) in samples.clone().zip(&footprints) {
                 if source.is_stopped() {
                     return stats;
                 }
-                let mut sampled = source.ray(pixel, sample);
+                if !source.cells.counts(footprint, cell) {
+                    continue;
+                }
+                let mut sampled = source.ray(cell, sample);
                 stats.paths += 1;
                 walk.follow(sampled.ray, &mut sampled.sampler, &mut stats, &mut path);
                 let Some((value, depth)) = path.found() else {
@@ -295,7 +299,10 @@ impl Pass<'_> {
                     continue;
                 }
                 let layer = self.options.decomposition.layer(&facts);
-                let weights = self.weights(pixel, layer) * sampled.weight;
+                let mut weights = Spectrum::ZERO;
+                source.cells.each_pixel(footprint, cell, |pixel, weight| {
+                    weights += self.weights(pixel, layer) * weight;
+                });
                 sums[0] += (finite(value, &mut stats.not_finite) * weights).sum();
                 let (plan, scene) = (self.plan, source.scene);
                 walk.back(&path, weights, |medium, x, by| {

@@ -11,11 +11,11 @@ pub use index::{IndexDerivativeOptions, IndexDerivatives, check_indices, index_d
 pub use readings::{MeterDerivativeOptions, ReadingFunctional, meter_derivatives};
 
 use super::source::{SampledRay, Source, finite};
-use super::splats::splat;
+use super::splats::{Place, splat};
 use super::{Handle, Prepared, RenderOptions, prepare};
 use crate::Spectrum;
 use crate::derivative::{DerivativeError, Plan, RadiometricParameter, Sums, Tape};
-use crate::film::{Decomposition, LightParts};
+use crate::film::{Decomposition, Footprint, LightParts};
 use crate::integrator::{Contribution, Integrator, PathFinds};
 use crate::observe::fold::Folded;
 use crate::renderer::Renderer;
@@ -229,7 +229,7 @@ impl<'a> Pass<'a> {
         let units = Units {
             count: self.options.samples / replicate,
             size: replicate,
-            paths: self.pixels,
+            paths: self.source.cells.count(),
             sums: self.plan.stride(),
             values: self.plan.len(),
         };
@@ -244,18 +244,23 @@ impl<'a> Pass<'a> {
     /// Adds the sums over a part: a range of samples of some pixels.
     fn part(&self, part: &Part, sums: &mut [f64]) -> Stats {
         let source = self.source;
-        let (samples, pixels) = (&part.samples, part.of(self.pixels));
-        let count = pixels.len() as u64 * (samples.end - samples.start);
-        source.handle.count(count);
+        let (samples, cells) = (&part.samples, part.of(source.cells.count()));
+        let pixels = source.cells.pixels_among(cells.clone()) as u64;
+        source.handle.count(pixels * (samples.end - samples.start));
         let (mut ws, mut tape, mut found) =
             (source.workspace(), Folded::new(Tape::default()), Vec::new());
         let mut sums = Sums::new(source.scene, self.plan, sums);
-        for pixel in pixels {
-            for sample in samples.clone() {
+        let integrator = &self.options.integrator;
+        let footprints: Vec<Footprint> = samples.clone().map(|s| source.footprint(s)).collect();
+        for cell in cells {
+            for (sample, footprint) in samples.clone().zip(&footprints) {
                 if source.is_stopped() {
                     return ws.stats();
                 }
-                let mut sampled = source.ray(pixel, sample);
+                if !(integrator.splats() || source.cells.counts(footprint, cell)) {
+                    continue;
+                }
+                let mut sampled = source.ray(cell, sample);
                 ws.stats.paths += 1;
                 let (scene, channels) = (source.scene.at(sample), source.channels());
                 let finds = PathFinds {
@@ -263,13 +268,12 @@ impl<'a> Pass<'a> {
                     log: &mut tape,
                 };
                 let (ray, sampler) = (sampled.ray, &mut sampled.sampler);
-                let integrator = &self.options.integrator;
                 integrator.log(scene, ray, channels, sampler, &mut ws, finds);
                 let not_finite = &mut ws.stats.not_finite;
                 let worths = found.iter().map(|c| {
                     // Planted error "weights among strategies that count twice in derivatives, as if attached", found by morgana-transport/transport::derivatives::integrators::derivatives_by_bidirectional_path_tracing_are_those_by_path_tracing:
-                    // finite(c.weighted() * c.weight, not_finite) * self.weights_of(c, pixel, &sampled)
-                    finite(c.weighted(), not_finite) * self.weights_of(c, pixel, &sampled)
+                    // finite(c.weighted() * c.weight, not_finite) * self.weights_of(c, cell, footprint, &sampled)
+                    finite(c.weighted(), not_finite) * self.weights_of(c, cell, footprint, &sampled)
                 });
                 sums.add(0, &tape.fold, worths);
                 found.clear();
@@ -280,20 +284,24 @@ impl<'a> Pass<'a> {
         ws.stats()
     }
 
-    /// Weights of a contribution to the sample of a pixel.
-    fn weights_of(&self, c: &Contribution, own: usize, sampled: &SampledRay) -> Spectrum {
+    /// Weights of a contribution to the sample of a cell with a footprint.
+    fn weights_of(
+        &self,
+        c: &Contribution,
+        cell: usize,
+        footprint: &Footprint,
+        sampled: &SampledRay,
+    ) -> Spectrum {
         let layer = self.options.decomposition.layer(&c.path);
         if !self.source.shows(&c.path) {
             return Spectrum::ZERO;
         }
-        let Some([s, t]) = c.image else {
-            return self.weights(own, layer) * sampled.weight;
-        };
-        let moved = [s + sampled.offset[0], t + sampled.offset[1]];
+        let moved = |[s, t]: [f64; 2]| [s + sampled.offset[0], t + sampled.offset[1]];
+        let place = Place::of(cell, c.image.map(moved));
         let mut sum = Spectrum::ZERO;
-        splat(self.source, own, Some(moved), |pixel, filter| {
+        splat(self.source, footprint, place, |pixel, filter| {
             // Planted error "derivatives of light on the film by the pixel that sampled it", found by morgana-transport/transport::derivatives::integrators::derivatives_by_light_tracing_are_those_by_path_tracing:
-            // sum += self.weights(own + 0 * pixel, layer) * filter;
+            // sum += self.weights(cell.min(self.pixels - 1) + 0 * pixel, layer) * filter;
             sum += self.weights(pixel, layer) * filter;
         });
         sum

@@ -1,0 +1,186 @@
+//! Places on a film at which samples are taken (docs/theory.md#film).
+
+use super::{FilmSpec, Filter, Footprint};
+use crate::sampling::PiecewiseLinear;
+
+/// Cells of a film: its pixels, and as many around them as the reconstruction filter reaches. A sample of the image has one point
+/// in each cell.
+///
+/// The points of one sample have the same place in all cells. So each pixel gets the same weights, which add up to one: an even
+/// image stays even. Points have the density of the filter, repeated at every pixel, over the place in a cell. The mean of all
+/// samples of a pixel is then the filtered image, without bias.
+#[derive(Clone, Debug)]
+pub(crate) struct Cells {
+    film: [usize; 2],
+    /// Number of cells beyond the film on each side.
+    margin: usize,
+    /// Density of the place in a cell along each axis; `None` if it is uniform.
+    places: Option<PiecewiseLinear>,
+    filter: Filter,
+    /// True if a sample counts in its own pixel only, wherever its point lies.
+    are_apart: bool,
+}
+
+/// Intervals of a cell between which the density of places is linear.
+const INTERVALS: usize = 256;
+/// Places in a cell along an axis over which squares of weights are averaged.
+const NOISE_PLACES: u32 = 32;
+/// Densities that differ from one by no more than this are uniform: partitions of unity, rounded.
+const ROUNDING: f64 = 1e-12;
+
+impl Cells {
+    /// Cells of a film.
+    pub(crate) fn of(spec: &FilmSpec) -> Self {
+        Cells {
+            film: [spec.width, spec.height],
+            margin: (spec.filter.radius() - 0.5).ceil() as usize,
+            places: places(&spec.filter),
+            filter: spec.filter,
+            are_apart: false,
+        }
+    }
+
+    /// Cells of a film each of whose samples counts in its own pixel only. Points have the density of the filter around the
+    /// pixel's centre.
+    pub(crate) fn apart(spec: &FilmSpec) -> Self {
+        Cells {
+            film: [spec.width, spec.height],
+            margin: 0,
+            places: None,
+            filter: spec.filter,
+            are_apart: true,
+        }
+    }
+
+    /// Number of cells.
+    pub(crate) fn count(&self) -> usize {
+        self.size().iter().product()
+    }
+
+    /// Numbers of cells along both axes.
+    fn size(&self) -> [usize; 2] {
+        self.film.map(|pixels| pixels + 2 * self.margin)
+    }
+
+    /// True if samples count in other pixels than their own.
+    pub(crate) fn overlap(&self) -> bool {
+        self.margin > 0
+    }
+
+    /// Column and row of a cell, in pixels from the film's top left one.
+    pub(crate) fn place(&self, cell: usize) -> [i64; 2] {
+        let [columns, _] = self.size();
+        [cell % columns, cell / columns].map(|i| i as i64 - self.margin as i64)
+    }
+
+    /// Number of the cell that is a pixel.
+    pub(crate) fn of_pixel(&self, pixel: usize) -> usize {
+        let [columns, _] = self.size();
+        let [column, row] = [pixel % self.film[0], pixel / self.film[0]];
+        (row + self.margin) * columns + column + self.margin
+    }
+
+    /// Number of pixels among cells.
+    pub(crate) fn pixels_among(&self, cells: std::ops::Range<usize>) -> usize {
+        let is_pixel = |cell: &usize| {
+            let [column, row] = self.place(*cell);
+            let [width, height] = self.film.map(|size| size as i64);
+            (0..width).contains(&column) && (0..height).contains(&row)
+        };
+        if self.overlap() {
+            cells.filter(is_pixel).count()
+        } else {
+            cells.len()
+        }
+    }
+
+    /// A point of a cell, in pixels from its corner, and the weight of a sample there, given independent uniform numbers.
+    pub(crate) fn point(&self, uniform: [f64; 2]) -> ([f64; 2], f64) {
+        if self.are_apart {
+            let offsets = uniform.map(|u| self.filter.sample(u));
+            let weight = offsets.map(|offset| self.filter.weight(offset));
+            return (offsets.map(|offset| 0.5 + offset), weight[0] * weight[1]);
+        }
+        match &self.places {
+            Some(places) => (uniform.map(|u| places.sample(u).0), 1.0),
+            None => (uniform, 1.0),
+        }
+    }
+
+    /// Pixels in which a sample at a point of the film's first cell counts.
+    pub(crate) fn footprint(&self, point: [f64; 2]) -> Footprint {
+        if self.overlap() {
+            Footprint::at(&self.filter, point)
+        } else {
+            Footprint::at(&Filter::Box, [0.5; 2])
+        }
+    }
+
+    /// Variance of a pixel over the variance of the samples of cells, where all have the same: the mean sum of the squares of weights.
+    pub(crate) fn noise(&self) -> f64 {
+        let places = (0..NOISE_PLACES).map(|i| (f64::from(i) + 0.5) / f64::from(NOISE_PLACES));
+        let of_axis = |place: f64| {
+            let (point, _) = self.point([place; 2]);
+            let footprint = self.footprint(point);
+            let [(_, weights), _] = footprint.axes();
+            weights.iter().map(|weight| weight * weight).sum::<f64>()
+        };
+        (places.map(of_axis).sum::<f64>() / f64::from(NOISE_PLACES)).powi(2)
+    }
+
+    /// True if a sample of a cell counts in any pixel.
+    pub(crate) fn counts(&self, footprint: &Footprint, cell: usize) -> bool {
+        !self.overlap() || footprint.reaches(self.film, self.place(cell))
+    }
+
+    /// Calls `count` with each pixel in which a sample of a cell counts, and its weight.
+    pub(crate) fn each_pixel(
+        &self,
+        footprint: &Footprint,
+        cell: usize,
+        count: impl FnMut(usize, f64),
+    ) {
+        footprint.each(self.film, self.place(cell), count);
+    }
+
+    /// Calls `add` with each cell whose sample counts in a pixel, and its weight.
+    pub(crate) fn each_cell(
+        &self,
+        footprint: &Footprint,
+        pixel: usize,
+        mut add: impl FnMut(usize, f64),
+    ) {
+        let [columns, _] = self.size();
+        let own = self.of_pixel(pixel) as i64;
+        let [(left, horizontal), (top, vertical)] = footprint.axes();
+        for (row, vertical) in (top..).zip(vertical) {
+            for (column, horizontal) in (left..).zip(horizontal) {
+                let weight = vertical * horizontal;
+                if weight != 0.0 {
+                    // A weight reaches from the cell to the pixel: the cell lies the other way.
+                    add((own - row * columns as i64 - column) as usize, weight);
+                }
+            }
+        }
+    }
+}
+
+/// Density of the places in a cell along an axis: the filters of all pixels there.
+fn places(filter: &Filter) -> Option<PiecewiseLinear> {
+    let nodes = || (0..=INTERVALS).map(|i| i as f64 / INTERVALS as f64);
+    let reach = filter.radius().ceil() as i64 + 1;
+    let density = |place: f64| -> f64 {
+        let pixels = -reach..=reach;
+        pixels
+            .map(|pixel| filter.value(place - 0.5 - pixel as f64))
+            .sum()
+    };
+    let densities: Vec<f64> = nodes().map(density).collect();
+    if densities
+        .iter()
+        .all(|density| (density - 1.0).abs() < ROUNDING)
+    {
+        return None;
+    }
+    PiecewiseLinear::new(nodes().collect(), &densities).ok()
+}
