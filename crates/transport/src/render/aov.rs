@@ -59,7 +59,7 @@ pub(super) fn pass(
 ) -> (Found, Stats) {
     let pixels = film.width() * film.height();
     let size = source.replicates.size();
-    // A power of two, so that nothing is rounded.
+    // A power of two, so that products are exact.
     let share = 1.0 / size as f64;
     let (mut found, mut stats) = (Found::new(), Stats::default());
     for first in samples.step_by(size as usize) {
@@ -94,7 +94,8 @@ pub(super) fn add(film: &mut Film, found: Found) {
     }
 }
 
-/// The values of all channels in one sample of each cell; none of cells that count in no pixel.
+/// Returns the values of all channels in one sample of each cell; no values for a cell that
+/// contributes to no pixel.
 fn values_of_cells(
     source: &Source,
     tracer: &AovTracer,

@@ -1,10 +1,10 @@
-//! Estimators whose samples contribute all over the image.
+//! Estimators whose samples contribute to several pixels.
 //!
-//! One sample of every pixel together make one sample of the whole image: contributions to other pixels
-//! are added up first, and then each pixel takes its sum as one sample, or as one of a replicate. So pixels' samples, or replicates, are
-//! independent of one another over their number, and the variance of their mean is known as
-//! for any other estimator. The sums of one sample are formed in the order of pixels and paths, whatever thread
-//! computed them: the same seed gives the same bits.
+//! One sample of every cell of the film together make one sample of the whole image. Contributions
+//! to a pixel are added up first. Then each pixel takes its sum as one sample, or as one sample of a
+//! replicate. The samples of a pixel, or its replicates, are therefore independent of one another,
+//! and the variance of their mean is known as for any other estimator. The sums of one sample are
+//! formed in the order of cells and paths, independent of threads: equal seeds give equal bits.
 //!
 //! Theory: docs/theory.md#film.
 
@@ -21,52 +21,55 @@ use crate::stats::Stats;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Cells per unit of work.
+/// Cells per task.
 const CELLS_PER_TASK: usize = 16;
-/// Pixels per unit of work when the samples of cells are spread over pixels.
+/// Pixels per task when the samples of cells are spread over pixels.
 const PIXELS_PER_TASK: usize = 1 << 10;
-/// Units of work for each thread whose contributions are kept until they are added up: enough to keep all threads busy, few
-/// enough to fit into memory.
+/// Tasks per thread whose contributions are kept until they are added up: enough to keep all
+/// threads busy, few enough to fit into memory.
 const TASKS_PER_THREAD: usize = 1 << 7;
-/// Contributions that a pixel's sample is taken to have: how many it really has depends on the scene.
+/// Assumed number of contributions to a cell's sample. The true number depends on the scene.
 const CONTRIBUTIONS: usize = 32;
 
-/// Bytes of the contributions that are kept until they are added up, for films of `pixels` pixels and contributions of `parts` parts.
+/// Bytes of the contributions that are kept until they are added up, for a film of `pixels` pixels
+/// and contributions of `parts` parts.
 pub(super) fn waiting(pixels: usize, parts: usize) -> usize {
     let pixels = pixels.min(tasks_of_block() * CELLS_PER_TASK);
     let parts = parts * size_of::<(usize, FoundPart)>();
     pixels * CONTRIBUTIONS * (size_of::<(usize, Contribution)>() + parts)
 }
 
-/// Units of work whose contributions are kept at the same time.
+/// Number of tasks whose contributions are kept at the same time.
 fn tasks_of_block() -> usize {
     TASKS_PER_THREAD * rayon::current_num_threads()
 }
 
-/// One sample of a few neighbouring cells.
+/// Results of one sample of a few neighbouring cells.
 #[derive(Default)]
 struct SplatSamples {
-    /// Light of each cell that counts where the sensor ray lies on the film, and the part of it that is bias.
+    /// Light of each cell that counts at the point of its sensor ray on the film, and the part of
+    /// this light that is bias.
     own: Vec<[Spectrum; 2]>,
-    /// Contributions, and the cell whose sample each is: all of them if `keeps_own`, otherwise those with places of their own.
+    /// Contributions, each with the cell whose sample found it: all of them if
+    /// [`Wanted::keeps_own`], otherwise those with a position on the image.
     contributions: Vec<(usize, Contribution)>,
-    /// Parts of their light, if the film asks for [parts](crate::film::LightParts).
+    /// Parts of their light, if the film keeps [parts](crate::film::LightParts).
     parts: Option<Vec<(usize, FoundPart)>>,
 }
 
 /// Films to which samples of the whole image are added.
 pub(super) struct ImageFilms<'a> {
     pub film: &'a mut Film,
-    /// The image without known bias.
+    /// Image without its known bias.
     pub debiased: Option<&'a mut Debiased>,
     /// Images of strategies.
     pub strategies: Option<&'a mut Strategies>,
 }
 
-/// A sample of the whole image, or a replicate of them, for one group of channels.
+/// Sample of the whole image, or a replicate of samples, for one group of channels.
 pub(super) struct ImageScores {
     pub image: Scores,
-    /// Single samples of the image without known bias, if there is any.
+    /// Single samples of the image without its known bias, if there is such an image.
     pub debiased: Vec<Vec<Spectrum>>,
     pub strategies: StrategyScores,
 }
@@ -87,17 +90,17 @@ impl ImageScores {
     }
 }
 
-/// Samples of the whole image of one group of channels, and what became of the power of emitters.
+/// Samples of the whole image of one group of channels, and the fate of the emitters' power.
 pub(super) type FoundImages = (Vec<ImageScores>, BalanceTotals);
 
-/// A unit of work: some cells of one sample.
+/// Task: some cells of one sample.
 #[derive(Clone, Debug)]
 struct Task {
     sample: u64,
     cells: Range<usize>,
 }
 
-/// Units of work in the order in which they are added up.
+/// Tasks in the order in which their results are added up.
 struct Tasks {
     cells: usize,
     per_sample: u64,
@@ -119,7 +122,8 @@ impl Tasks {
         }
     }
 
-    /// The blocks in which work for some samples is done: each is of one sample if light is shared there.
+    /// Divides the tasks of some samples into blocks. Each block belongs to one sample if cells
+    /// share light subpaths.
     fn blocks(&self, samples: Range<u64>, is_shared: bool) -> impl Iterator<Item = Range<u64>> {
         let run = if is_shared {
             1
@@ -138,8 +142,8 @@ impl Tasks {
     }
 }
 
-/// Takes a range of samples of the whole image, whole replicates, for the source's channel group; images of strategies if they
-/// are `told_apart`.
+/// Takes a range of samples of the whole image, whole replicates, for the source's channel group.
+/// Also finds images of strategies if `told_apart`.
 pub(super) fn pass(
     light: &LightSamples,
     samples: Range<u64>,
@@ -161,7 +165,7 @@ pub(super) fn pass(
             break;
         }
         if is_shared && block.start.is_multiple_of(tasks.per_sample) {
-            // There is no room for two.
+            // Drop the old subpaths first: there is no memory for two sets.
             drop(shared.take());
             let sample = block.start / tasks.per_sample;
             shared = shared::trace(light, sample, wanted.decomposition).map(|followed| {
@@ -192,21 +196,22 @@ pub(super) fn pass(
     ((assembly.found, assembly.balances), assembly.stats)
 }
 
-/// Samples of the whole image, being added up from those of cells.
+/// Sums from which samples of the whole image are assembled.
 struct Assembly<'a> {
     source: &'a Source<'a>,
-    /// True if only part of the light that sensor rays find is unbiased.
+    /// True if the integrator has a known bias.
     blurs: bool,
     /// True if samples are sorted by brightness.
     sorts: bool,
+    /// True if images of strategies are wanted.
     told_apart: bool,
-    /// Where the current sample counts.
+    /// Footprint of the current sample.
     footprint: Footprint,
-    /// Values of the current sample by cell, and the parts of them that are bias.
+    /// Values of the current sample by cell, and the part of each that is bias.
     own: Vec<[Spectrum; 2]>,
-    /// Light of the current sample that counts elsewhere than where its sensor rays lie, by pixel.
+    /// Light of the current sample with positions of its own on the image, by pixel.
     image: Vec<Spectrum>,
-    /// Mean of the current replicate so far, by pixel.
+    /// Mean of the current replicate up to the last sample, by pixel.
     replicate: Vec<Spectrum>,
     layered: Option<Layered>,
     debiased: Vec<Vec<Spectrum>>,
@@ -252,11 +257,12 @@ impl<'a> Assembly<'a> {
         film.width * film.height
     }
 
-    /// The share of a sample in its replicate: a power of two, so that nothing is rounded.
+    /// Weight of a sample in its replicate: a power of two, so that products are exact.
     fn share(&self) -> f64 {
         1.0 / self.source.replicates.size() as f64
     }
 
+    /// Starts a sample.
     fn begin(&mut self, sample: u64) {
         self.footprint = self.source.footprint(sample);
         self.own.clear();
@@ -264,7 +270,7 @@ impl<'a> Assembly<'a> {
         self.image.resize(self.pixels(), Spectrum::ZERO);
     }
 
-    /// Adds the next cells of the current sample.
+    /// Adds the results of the next cells of the current sample.
     fn add(&mut self, part: SplatSamples) {
         let share = self.share();
         for (cell, contribution) in part.contributions.iter().filter(|(_, c)| c.image.is_some()) {
@@ -287,7 +293,7 @@ impl<'a> Assembly<'a> {
         self.own.extend(part.own);
     }
 
-    /// Ends the current sample, and the replicate with its last sample.
+    /// Ends the current sample, and the replicate after its last sample.
     fn end(&mut self, sample: u64) {
         let (share, size) = (self.share(), self.source.replicates.size());
         self.balances.enter(&std::mem::take(&mut self.balance));
@@ -336,7 +342,7 @@ impl<'a> Assembly<'a> {
     }
 }
 
-/// Adds values of cells to the pixels in which a sample counts.
+/// Adds values of cells to an image, with the weights of a sample's footprint.
 pub(super) fn spread(
     source: &Source,
     footprint: &Footprint,
@@ -353,14 +359,15 @@ pub(super) fn spread(
         });
 }
 
-/// What of the samples of cells is wanted besides their sums.
+/// Results of cells that are wanted in addition to their sums.
 struct Wanted {
-    /// Parts and layers of light.
+    /// Decomposition of light into layers and parts.
     decomposition: Decomposition,
-    /// True if contributions that count where their sensor rays lie are wanted one by one.
+    /// True if contributions without positions on the image are wanted one by one.
     keeps_own: bool,
 }
 
+/// Takes the samples of a task.
 fn part(
     light: &LightSamples,
     task: Task,
@@ -397,7 +404,7 @@ fn part(
             }
             if contribution.image.is_none() {
                 own[0] += contribution.weighted();
-                // Only light that a sensor ray finds is blurred.
+                // Only light without a position on the image is blurred.
                 own[1] += contribution.bias * contribution.weight;
             }
             if wanted.keeps_own || contribution.image.is_some() {
@@ -417,23 +424,24 @@ fn part(
     (part, ws.stats(), balance)
 }
 
-/// Where a contribution counts on the film.
+/// Position of a contribution on the film.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Place {
-    /// Where the sensor ray of its cell lies.
+    /// Point of the sensor ray of a cell.
     Cell(usize),
-    /// At a point of the sensor's image.
+    /// Point of the sensor's image.
     Image([f64; 2]),
 }
 
 impl Place {
-    /// The place of a contribution to the sample of a cell: see [`Contribution::image`].
+    /// Position of a contribution to the sample of a cell: see [`Contribution::image`].
     pub(super) fn of(cell: usize, image: Option<[f64; 2]>) -> Self {
         image.map_or(Place::Cell(cell), Place::Image)
     }
 }
 
-/// Calls `count` with the pixels in which a contribution counts, and its factor there; `footprint` is that of its sample.
+/// Calls `count` with each pixel to which a contribution counts, and with its factor there;
+/// `footprint` is the footprint of the sample.
 pub(super) fn splat(
     source: &Source,
     footprint: &Footprint,
@@ -446,11 +454,12 @@ pub(super) fn splat(
     }
 }
 
-/// Calls `count` with the pixels in which light counts that arrives at a point of the sensor's image, and its factor there.
+/// Calls `count` with each pixel around a point of the sensor's image to which light counts, and
+/// with its factor there.
 pub(super) fn splat_image(source: &Source, image: [f64; 2], mut count: impl FnMut(usize, f64)) {
     let spec = source.scene.film();
-    // A pixel's filter per unit of the image's area is the image's number of pixels times that per pixel, and
-    // there are as many light subpaths as cells.
+    // A pixel's filter per unit of the image's area is the filter per pixel times the number of
+    // pixels of the whole image. There are as many light subpaths as cells.
     let share = spec.pixels_of_image() / source.cells.count() as f64;
     let footprint = Footprint::at(&spec.filter, spec.position(image));
     footprint.each([spec.width, spec.height], [0, 0], |pixel, weight| {
@@ -458,10 +467,10 @@ pub(super) fn splat_image(source: &Source, image: [f64; 2], mut count: impl FnMu
     });
 }
 
-/// The layers of a sample of the whole image, being added up.
+/// Sums of the layers of a sample of the whole image.
 struct Layered {
     decomposition: Decomposition,
-    /// By pixel and layer.
+    /// Values by pixel and layer.
     pending: Pending,
 }
 
@@ -473,7 +482,7 @@ impl Layered {
         }
     }
 
-    /// Adds a `share` of samples of some cells, which count at a footprint.
+    /// Adds samples of some cells with a footprint, times `share`.
     fn splat(
         &mut self,
         source: &Source,
@@ -506,7 +515,8 @@ impl Layered {
         }
     }
 
-    /// Values that are not zero with their places, pixel × number of layers + layer; begins anew.
+    /// Returns the values that are not zero with their places, pixel × number of layers + layer.
+    /// Resets the sums.
     fn finish(&mut self) -> Vec<PlacedValue> {
         let mut values = Vec::new();
         self.pending
