@@ -13,6 +13,7 @@ use glam::DVec3;
 pub(super) struct Sweep {
     /// Start of the chord, plus and minus the deviation.
     starts: [DVec3; 2],
+    chord: DVec3,
     inverse: DVec3,
     deviation: DVec3,
 }
@@ -29,6 +30,7 @@ impl Sweep {
         });
         Sweep {
             starts: [origin + deviation, origin - deviation],
+            chord,
             inverse: chord.recip(),
             deviation,
         }
@@ -51,6 +53,91 @@ impl Sweep {
             leave = smaller(larger(a[axis], b[axis]), leave);
         }
         (enter <= leave).then_some([enter, leave])
+    }
+}
+
+/// Rest of a sweep in single precision, for boxes within [−1, 1]³.
+///
+/// It starts where the curve enters the box around all boxes, and moves at unit speed along the
+/// longest component of the chord. Hence all numbers are of the order of one.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SingleRay {
+    /// Start of the chord, plus and minus the deviation, by axis.
+    starts: [[f32; 3]; 2],
+    inverse: [f32; 3],
+    /// For each axis, 1 if the chord decreases along it, otherwise 0.
+    backward: [usize; 3],
+    /// Parameter of the sweep at the start.
+    start: f64,
+    speed: f64,
+}
+
+/// Relative growth of the deviation, and of the end of a range, beyond the rounding to single
+/// precision.
+const SINGLE_SLACK: f64 = 1e-6;
+
+impl Sweep {
+    /// Returns the part of the sweep from the parameter `start` on, in single precision.
+    #[inline]
+    pub(super) fn single(&self, start: f64) -> SingleRay {
+        let speed = self.chord.abs().max_element();
+        let slack = self.deviation * SINGLE_SLACK;
+        let direction = if speed > 0.0 {
+            self.chord / speed
+        } else {
+            self.chord
+        };
+        let moved = self.chord * start;
+        let starts = [
+            self.starts[0] + moved + slack,
+            self.starts[1] + moved - slack,
+        ];
+        let inverse = direction.recip().as_vec3();
+        SingleRay {
+            starts: starts.map(|start| start.as_vec3().to_array()),
+            inverse: inverse.to_array(),
+            backward: inverse
+                .to_array()
+                .map(|i| usize::from(i.is_sign_negative())),
+            start,
+            speed,
+        }
+    }
+}
+
+impl SingleRay {
+    /// Returns an upper bound of the parameter of the ray for a parameter of the sweep.
+    #[inline]
+    pub(super) fn parameter(&self, of_sweep: f64) -> f32 {
+        ((of_sweep - self.start) * (self.speed * (1.0 + SINGLE_SLACK))) as f32
+    }
+
+    /// Returns, for each of four boxes, a lower bound of the parameter from which on the curve is
+    /// in the box; infinity if the curve misses the box before the parameter `end`. `sides` are
+    /// the lower and upper bounds of the boxes by axis.
+    #[inline]
+    pub(super) fn enter(&self, sides: &[[[f32; 4]; 3]; 2], end: f32) -> [f32; 4] {
+        let (mut enter, mut leave) = ([0.0f32; 4], [end; 4]);
+        for axis in 0..3 {
+            let near = self.backward[axis];
+            let far = 1 - near;
+            let inverse = self.inverse[axis];
+            let [from, to] = [self.starts[near][axis], self.starts[far][axis]];
+            let [near, far] = [&sides[near][axis], &sides[far][axis]];
+            for k in 0..4 {
+                // A product that is NaN leaves the bound as it is.
+                let (a, b) = ((near[k] - from) * inverse, (far[k] - to) * inverse);
+                enter[k] = if a > enter[k] { a } else { enter[k] };
+                leave[k] = if b < leave[k] { b } else { leave[k] };
+            }
+        }
+        std::array::from_fn(|k| {
+            if enter[k] <= leave[k] {
+                enter[k]
+            } else {
+                f32::INFINITY
+            }
+        })
     }
 }
 

@@ -1,25 +1,56 @@
 //! Bounding-volume hierarchy over boxes.
 
 use super::split::{self, Item, Node};
-use super::sweep::Sweep;
+use super::sweep::{SingleRay, Sweep};
 use eikonal::Aabb;
 use glam::DVec3;
+use smallvec::SmallVec;
 
 /// Growth of the boxes. The hierarchy maps their coordinates to [−1, 1] and stores them in single
-/// precision. The growth is several times the rounding of a stored coordinate (6e-8) and of the
-/// traversal in double precision (1e-13 for a segment a thousand times as long as the hierarchy).
-const PAD: f64 = 4e-7;
+/// precision. The growth exceeds the rounding of a stored coordinate (6e-8) and of the traversal in
+/// single precision: the point where the curve enters the root (6e-8), the distance of a side from
+/// it (1.2e-7), and its product with the reciprocal of the direction (2.4e-7).
+const PAD: f64 = 1e-6;
 
-/// Hierarchy of conservative boxes: traversal in double precision visits every leaf whose box a
-/// curve may touch.
+/// Number of children of a node.
+const WIDTH: usize = 4;
+
+/// Entries of the stack of a traversal before it takes memory from the heap. A node adds at most
+/// three.
+const STACK: usize = 64;
+
+/// Index of a missing child.
+const NONE: u32 = u32::MAX;
+
+/// Hierarchy of conservative boxes: a traversal visits every leaf whose box a curve may touch.
 #[derive(Clone)]
 pub struct Tree {
-    /// The root, followed by pairs of children.
-    nodes: Vec<Node>,
+    /// Box around all leaves.
+    bounds: Aabb,
+    /// Nodes, the root first; none if all leaves belong to one node.
+    nodes: Vec<Wide>,
     /// Indices of the leaves in the list of boxes.
     leaves: Vec<u32>,
     center: DVec3,
     scale: f64,
+}
+
+/// Node with up to four children, whose boxes are tested together.
+#[derive(Clone)]
+#[repr(align(64))]
+struct Wide {
+    /// Lower and upper bounds of the children, by axis.
+    sides: [[[f32; WIDTH]; 3]; 2],
+    children: [Child; WIDTH],
+}
+
+/// Child of a node.
+#[derive(Clone, Copy)]
+struct Child {
+    /// Index of the first leaf, or of a node; [`NONE`] for a missing child.
+    first: u32,
+    /// Number of leaves; 0 for a node.
+    count: u32,
 }
 
 impl Tree {
@@ -28,6 +59,7 @@ impl Tree {
         let all = boxes.clone().fold(Aabb::EMPTY, Aabb::union);
         let half = 0.5 * all.size().max_element();
         let mut tree = Tree {
+            bounds: Aabb::EMPTY,
             nodes: Vec::new(),
             leaves: Vec::new(),
             center: all.center(),
@@ -38,8 +70,44 @@ impl Tree {
             max: (tree.local(b.max) + PAD).as_vec3(),
             place,
         });
-        (tree.nodes, tree.leaves) = split::hierarchy(items.collect());
+        let (nodes, leaves) = split::hierarchy(items.collect());
+        tree.leaves = leaves;
+        let root = &nodes[0];
+        tree.bounds = bounds(root);
+        let is_leaf = root.count > 0 || tree.leaves.is_empty();
+        if !is_leaf {
+            tree.widen(&nodes);
+        }
         tree
+    }
+
+    /// Adds a wide node for the root of a binary hierarchy and for all wide nodes below it.
+    fn widen(&mut self, nodes: &[Node]) {
+        let mut roots = vec![0];
+        self.nodes.push(Wide::EMPTY);
+        let mut done = 0;
+        while done < roots.len() {
+            let children = widened(nodes, roots[done]);
+            for (k, child) in children.into_iter().enumerate() {
+                let node = &nodes[child];
+                let child_of_wide = if node.count > 0 {
+                    Child {
+                        first: node.first,
+                        count: node.count,
+                    }
+                } else {
+                    roots.push(child);
+                    self.nodes.push(Wide::EMPTY);
+                    Child {
+                        first: roots.len() as u32 - 1,
+                        count: 0,
+                    }
+                };
+                self.nodes[done].set(k, node, child_of_wide);
+            }
+            done += 1;
+        }
+        self.nodes.shrink_to_fit();
     }
 
     /// Maps a point to the coordinates of the hierarchy, in which all boxes fit in [−1, 1]³.
@@ -49,7 +117,7 @@ impl Tree {
 
     /// Returns the part of `range` in which the curve may be in the box around all leaves.
     pub(super) fn clip(&self, sweep: &Sweep, range: [f64; 2]) -> Option<[f64; 2]> {
-        sweep.clip(&bounds(self.nodes.first()?), range)
+        (!self.leaves.is_empty()).then(|| sweep.clip(&self.bounds, range))?
     }
 
     /// Calls `leaf` with each leaf that the curve may touch for a parameter in `range`, roughly in
@@ -60,21 +128,38 @@ impl Tree {
         range: [f64; 2],
         leaf: &mut impl FnMut(usize) -> f64,
     ) {
-        if let Some(root) = self.nodes.first()
-            && sweep.clip(&bounds(root), range).is_some()
-        {
-            let mut walk = Walk {
-                tree: self,
-                sweep,
-                range,
-                leaf,
+        let Some([start, _]) = self.clip(sweep, range) else {
+            return;
+        };
+        if self.nodes.is_empty() {
+            self.leaves.iter().for_each(|i| _ = leaf(*i as usize));
+            return;
+        }
+        let ray = sweep.single(start);
+        let mut end = ray.parameter(range[1]);
+        let mut stack: SmallVec<[(f32, Child); STACK]> = SmallVec::new();
+        let mut next = Some(&self.nodes[0]);
+        loop {
+            if let Some(node) = next.take() {
+                node.push_children(&ray, end, &mut stack);
+            }
+            let Some((enter, child)) = stack.pop() else {
+                return;
             };
-            walk.node(root);
+            if enter > end {
+                continue;
+            }
+            if child.count == 0 {
+                next = Some(&self.nodes[child.first as usize]);
+            } else {
+                let leaves = child.first as usize..(child.first + child.count) as usize;
+                for &i in &self.leaves[leaves] {
+                    end = ray.parameter(leaf(i as usize));
+                }
+            }
         }
     }
-}
 
-impl Tree {
     /// Calls `leaf` with all leaves whose boxes may share a point with `b`, and possibly with
     /// others nearby, until a call returns true. Returns true if a call did.
     pub fn any_near(&self, b: &Aabb, leaf: &mut impl FnMut(usize) -> bool) -> bool {
@@ -82,21 +167,105 @@ impl Tree {
             min: self.local(b.min),
             max: self.local(b.max),
         };
-        !self.leaves.is_empty() && self.any_below(&self.nodes[0], &local, leaf)
+        if self.leaves.is_empty() || !self.bounds.overlaps(&local) {
+            return false;
+        }
+        if self.nodes.is_empty() {
+            return self.leaves.iter().any(|i| leaf(*i as usize));
+        }
+        let mut stack: SmallVec<[u32; STACK]> = SmallVec::new();
+        stack.push(0);
+        while let Some(node) = stack.pop() {
+            for child in self.nodes[node as usize].near(&local) {
+                if child.count == 0 {
+                    stack.push(child.first);
+                    continue;
+                }
+                let leaves = child.first as usize..(child.first + child.count) as usize;
+                if self.leaves[leaves].iter().any(|i| leaf(*i as usize)) {
+                    return true;
+                }
+            }
+        }
+        false
+    }
+}
+
+/// Returns up to four descendants that replace the children of a node of a binary hierarchy. The
+/// largest box is divided first.
+fn widened(nodes: &[Node], root: usize) -> SmallVec<[usize; WIDTH]> {
+    let pair = |node: usize| [nodes[node].first as usize, nodes[node].first as usize + 1];
+    let mut children: SmallVec<[usize; WIDTH]> = SmallVec::from_slice(&pair(root));
+    while children.len() < WIDTH {
+        let area = |child: usize| {
+            let s = nodes[child].max - nodes[child].min;
+            s.x * s.y + s.y * s.z + s.z * s.x
+        };
+        let inner = (0..children.len()).filter(|k| nodes[children[*k]].count == 0);
+        let Some(largest) = inner.max_by(|a, b| area(children[*a]).total_cmp(&area(children[*b])))
+        else {
+            break;
+        };
+        let [first, second] = pair(children[largest]);
+        children[largest] = first;
+        children.push(second);
+    }
+    children
+}
+
+impl Wide {
+    const EMPTY: Wide = Wide {
+        sides: [[[f32::INFINITY; WIDTH]; 3], [[f32::NEG_INFINITY; WIDTH]; 3]],
+        children: [Child {
+            first: NONE,
+            count: 0,
+        }; WIDTH],
+    };
+
+    fn set(&mut self, k: usize, node: &Node, child: Child) {
+        for (side, corner) in self.sides.iter_mut().zip([node.min, node.max]) {
+            for (axis, bounds) in side.iter_mut().enumerate() {
+                bounds[k] = corner[axis];
+            }
+        }
+        self.children[k] = child;
     }
 
-    /// Visits a node and its descendants, at most [`DEPTH`](super::split::DEPTH) levels.
-    fn any_below(&self, node: &Node, b: &Aabb, leaf: &mut impl FnMut(usize) -> bool) -> bool {
-        let first = node.first as usize;
-        if !bounds(node).overlaps(b) {
-            false
-        } else if node.count > 0 {
-            let mut leaves = self.leaves[first..first + node.count as usize].iter();
-            leaves.any(|i| leaf(*i as usize))
-        } else {
-            let mut children = self.nodes[first..first + 2].iter();
-            children.any(|child| self.any_below(child, b, leaf))
+    /// Pushes the children that a ray may enter before the parameter `end`, the nearest last.
+    #[inline]
+    fn push_children(
+        &self,
+        ray: &SingleRay,
+        end: f32,
+        stack: &mut SmallVec<[(f32, Child); STACK]>,
+    ) {
+        let enter = ray.enter(&self.sides, end);
+        let first = stack.len();
+        for (enter, child) in enter.into_iter().zip(self.children) {
+            if enter <= end {
+                // Insert in descending order of the parameters.
+                let mut place = stack.len();
+                stack.push((enter, child));
+                while place > first && stack[place - 1].0 < enter {
+                    stack[place] = stack[place - 1];
+                    place -= 1;
+                }
+                stack[place] = (enter, child);
+            }
         }
+    }
+
+    /// Returns the children whose boxes overlap a box.
+    fn near(&self, b: &Aabb) -> impl Iterator<Item = Child> + '_ {
+        let [low, high] = &self.sides;
+        let (min, max) = (b.min, b.max);
+        let overlaps = move |k: usize| {
+            (0..3).all(|axis| {
+                f64::from(low[axis][k]) <= max[axis] && f64::from(high[axis][k]) >= min[axis]
+            })
+        };
+        let children = self.children.into_iter().enumerate();
+        children.filter_map(move |(k, child)| overlaps(k).then_some(child))
     }
 }
 
@@ -108,42 +277,7 @@ impl std::fmt::Debug for Tree {
     }
 }
 
-struct Walk<'a, F> {
-    tree: &'a Tree,
-    sweep: &'a Sweep,
-    range: [f64; 2],
-    leaf: &'a mut F,
-}
-
-impl<F: FnMut(usize) -> f64> Walk<'_, F> {
-    /// Visits a node and its descendants, at most [`DEPTH`](super::split::DEPTH) levels.
-    fn node(&mut self, node: &Node) {
-        let first = node.first as usize;
-        if node.count > 0 {
-            let leaves = first..first + node.count as usize;
-            for &i in &self.tree.leaves[leaves] {
-                self.range[1] = (self.leaf)(i as usize);
-            }
-            return;
-        }
-        let children = &self.tree.nodes[first..first + 2];
-        let enter = [self.enter(&children[0]), self.enter(&children[1])];
-        let order = if enter[1] < enter[0] { [1, 0] } else { [0, 1] };
-        for k in order {
-            if enter[k] <= self.range[1] {
-                self.node(&children[k]);
-            }
-        }
-    }
-
-    fn enter(&self, node: &Node) -> f64 {
-        self.sweep
-            .clip(&bounds(node), self.range)
-            .map_or(f64::INFINITY, |[enter, _]| enter)
-    }
-}
-
-#[inline]
+/// Box of a node.
 fn bounds(node: &Node) -> Aabb {
     Aabb {
         min: node.min.into(),

@@ -213,7 +213,8 @@ impl Piece {
 /// axis. For an edge shared by two triangles, the same operations decide on which side the line
 /// passes, so that the line hits at least one of the triangles.
 pub(super) struct Line {
-    origin: DVec3,
+    /// Origin, in the order of `axes`.
+    origin: [f64; 3],
     axes: [usize; 3],
     shear: DVec3,
 }
@@ -223,7 +224,7 @@ impl Line {
         let z = d.abs().max_position();
         let axes = [(z + 1) % 3, (z + 2) % 3, z];
         Line {
-            origin,
+            origin: axes.map(|axis| origin[axis]),
             axes,
             shear: DVec3::new(d[axes[0]], d[axes[1]], 1.0) / d[z],
         }
@@ -233,11 +234,11 @@ impl Line {
     /// parameters of the corners along the line. The parameters are in units of the vector from
     /// which the line was made.
     pub(super) fn project(&self, t: [DVec3; 3]) -> ([f64; 3], [f64; 3]) {
-        let [x, y, z] = self.axes;
         let s = self.shear;
         let [a, b, c] = t.map(|p| {
-            let q = p - self.origin;
-            (q[x] - s.x * q[z], q[y] - s.y * q[z], s.z * q[z])
+            let p: &[f64; 3] = p.as_ref();
+            let [x, y, z] = [0, 1, 2].map(|k| p[self.axes[k]] - self.origin[k]);
+            (x - s.x * z, y - s.y * z, s.z * z)
         });
         let side = |p: (f64, f64, f64), q: (f64, f64, f64)| p.0 * q.1 - p.1 * q.0;
         ([side(c, b), side(a, c), side(b, a)], [a.2, b.2, c.2])
