@@ -20,7 +20,7 @@ mod steep;
 mod surfaces;
 
 use case::{Index, Light, Matter, View, Wall};
-use compare::{Effort, Row, compare, judge, table};
+use compare::{Effort, Row, compare, detectable, judge, table};
 use matrix::{covering, levels, pairs, whole};
 use pooled::{Pooled, pool};
 use std::collections::HashSet;
@@ -168,12 +168,24 @@ fn document(rows: &[Row], pooled: &[Pooled], effort: Effort) -> String {
     let comparisons = single + pooled.iter().flat_map(Pooled::p_values).count();
     // What is found with a probability of 95 %.
     let sigmas = threshold(RATE, comparisons) + threshold(0.1, 1);
-    let head = include_str!("document.md")
+    let mut order: Vec<usize> = (0..rows.len()).collect();
+    order.sort_by(|&a, &b| rows[b].error.total_cmp(&rows[a].error));
+    let found = |rank: usize| {
+        let deviation = detectable(&rows[order[rank]], single, RATE, effort);
+        format!("{:.0}", 100.0 * deviation)
+    };
+    let every = table(rows, RATE, effort);
+    let lines: Vec<&str> = every.lines().collect();
+    let worst = order.iter().take(10).map(|i| lines[i + 2]);
+    let worst: Vec<&str> = lines[..2].iter().copied().chain(worst).collect();
+    include_str!("document.md")
         .replace("{scenes}", &rows.len().to_string())
         .replace("{comparisons}", &comparisons.to_string())
         .replace("{batches}", &effort.batches.to_string())
         .replace("{rate}", &format!("{RATE:e}"))
         .replace("{pooled}", &pooled::table(pooled, sigmas))
-        .replace("{verdict}", &verdict(rows, pooled));
-    format!("{head}\n{}", table(rows, RATE, effort))
+        .replace("{median}", &found(rows.len() / 2))
+        .replace("{quartile}", &found(rows.len() / 4))
+        .replace("{worst}", &worst.join("\n"))
+        .replace("{verdict}", &verdict(rows, pooled))
 }
