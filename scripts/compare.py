@@ -162,8 +162,8 @@ def write_png(path, strips):
 
 TEXT = """# Comparison of the estimators
 
-This page helps you to choose between `path`, `particle` and `bdpt`: it compares them on the example scenes at equal time.
-It shows one run of `scripts/compare.py`, which you can repeat on any machine: {seeds} independent renders per row, {time:g} s
+Use this page to choose between `path`, `particle` and `bdpt`. It compares these estimators on the example scenes at equal time.
+The numbers come from one run of `scripts/compare.py`, which you can repeat on any machine: {seeds} independent renders per row, {time:g} s
 each on {threads} thread(s).
 
 ![Each scene by path, particle and bdpt, from left to right](images/comparison.png)
@@ -177,13 +177,13 @@ each on {threads} thread(s).
 
 | column | meaning |
 |---|---|
-| mean of the image | with its standard error, from the differences between the renders. If estimators differ by much more than that, one of them misses light ([which](scene-format.md#what-connections-find)) |
+| mean of the image | with its standard error, from the differences between the renders. If estimators differ by much more than this error, one of them misses light ([which light](scene-format.md#what-connections-find)) |
 | relative MSE | variance of a pixel between renders of one estimator, divided by the square of its brightness (the median of the estimators' means, plus {dark:g} % of the image's mean), averaged over pixels and channels |
-| gain | how many times less processor time than `path` the estimator takes for the same error |
-| capped | branches whose weighting was cut off, over all renders |
+| gain | processor time of `path` for an equal error, divided by the processor time of the estimator |
+| capped | branches whose weighting was cut off, in all renders together |
 
-Variances of a few renders are uncertain themselves. A relative MSE above 1 comes from rare bright samples, and says little more
-than that there are some.
+Variances from a few renders are themselves uncertain. A relative MSE above 1 comes from rare bright samples; only its order of magnitude is
+meaningful.
 
 [photons.md](photons.md) compares photon maps.
 
