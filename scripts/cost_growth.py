@@ -155,7 +155,7 @@ def whole(binary, folder, text, spp, repeats):
 
 def wholes(binary, folder, repeats):
     """Prints the table of loading."""
-    print("\n| what grows | from … to | loading, s of processor time | peak memory, MB | µs per sample |\n|---|---|---|---|---|")
+    print("\n| parameter | from … to | loading, s of processor time | peak memory, MB | µs per sample |\n|---|---|---|---|---|")
     rows = [(f"balls of {name} in fog", OBJECTS, lambda n, bsdf=bsdf: balls(n, bsdf), 4096) for name, bsdf in BALLS.items()]
     rows += [
         ("wavelengths", WAVELENGTHS, lambda n: body(folder, wavelengths=n), 0),
@@ -223,7 +223,7 @@ def main():
     args = parser.parse_args()
     binary = program()
     figure, axes = plt.subplots(1, len(SWEEPS), figsize=(14, 2.8), sharey=True, layout="constrained")
-    print("| what grows | from … to | µs per sample | exponent: time | edges | field evaluations | shots |")
+    print("| parameter | from … to | µs per sample | exponent: time | edges | field evaluations | shots |")
     print("|---|---|---|---|---|---|---|")
     with tempfile.TemporaryDirectory() as temporary:
         folder = pathlib.Path(temporary)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Measures what docs/performance.md and docs/development/cost.md say of the program as it is, and prints their tables.
+"""Measures the present numbers of docs/performance.md and docs/development/cost.md, and prints their tables.
 
 Everything takes about half an hour on two quiet cores. Tables of what was tried on the way (docs/development/speed.md) compare builds
 of different states: see scripts/variance.py and the command beside each. Needs NumPy and Matplotlib; `mitsuba` also what
@@ -157,7 +157,7 @@ def beside(scene, options, kinds, fixed, seeds):
 
 def sampling():
     """What even samples gain over independent ones."""
-    print("| scene | variance, independent by even | most pixels | time, independent by even |\n|---|---|---|---|")
+    print("| scene | variance | most pixels | time |\n|---|---|---|---|")
     for scene, options in SAMPLED.items():
         kinds = (("--sampler", "independent"), ("--sampler", "ldsampler"))
         images, seconds = beside(scene, options, kinds, ("--spp", 16), 7)
