@@ -134,7 +134,7 @@ def print_missing(scenes: list[Scene]) -> None:
 
 
 def print_agreement(scenes: list[Scene]) -> None:
-    print("\n| scene | ours/theirs − 1 | z | block rms | rows of docs/mitsuba.md |\n|---|---|---|---|---|", flush=True)
+    print("\n| scene | morgana/Mitsuba − 1 | z | block rms | rows of docs/mitsuba.md |\n|---|---|---|---|---|", flush=True)
     for scene in scenes:
         print(f"| {scene.name} | {agreement(scene)} | {', '.join(scene.topics)} |", flush=True)
 

@@ -468,7 +468,7 @@ def main() -> None:
 
     mitsuba.set_variant(args.variant)
     mitsuba.set_log_level(mitsuba.LogLevel.Error)
-    print("| scene | shape | bsdf | emitter | sensor | ours/theirs − 1 | z | block rms | |\n|---|---|---|---|---|---|---|---|---|")
+    print("| scene | shape | bsdf | emitter | sensor | morgana/Mitsuba − 1 | z | block rms | |\n|---|---|---|---|---|---|---|---|---|")
     differing = 0
     for number in range(args.seed, args.seed + args.count):
         with tempfile.TemporaryDirectory() as folder:
