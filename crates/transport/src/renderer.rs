@@ -46,6 +46,14 @@ impl From<AovTracer> for Renderer {
 }
 
 impl Renderer {
+    /// True if pixels share paths: light subpaths or photon maps.
+    pub(crate) fn shares_paths(&self) -> bool {
+        let shares = |integrator: &Integrator| {
+            integrator.splats() || matches!(integrator, Integrator::Photon(_))
+        };
+        self.integrator().is_some_and(shares)
+    }
+
     /// Estimator of light; `None` for other quantities.
     pub fn integrator(&self) -> Option<&Integrator> {
         match self {

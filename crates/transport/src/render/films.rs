@@ -26,8 +26,10 @@ impl Shapes {
         let (spec, renderer) = (scene.film(), &options.renderer);
         let size = [spec.width, spec.height];
         let replicates = options.replicates();
+        let noise = options.cells(spec).noise();
         let quantities = |tracer: &AovTracer| FilmShape {
             replicates,
+            noise: Some(noise),
             ..FilmShape::plain(size, tracer.channels().count(), Spectrum::CHANNELS)
         };
         let blurs = renderer.integrator().is_some_and(Integrator::blurs);
@@ -40,6 +42,7 @@ impl Shapes {
                 replicates,
                 decomposition: options.decomposition,
                 sorts: options.reweight,
+                noise: (!renderer.shares_paths()).then_some(noise),
                 ..FilmShape::plain(size, channels, group_size)
             },
             quantities: options.quantities.as_ref().map(quantities),

@@ -349,14 +349,26 @@ pub(super) fn spread(
     value: impl Fn(usize) -> Spectrum + Sync,
     image: &mut [Spectrum],
 ) {
+    let cells = &source.cells;
     let pixels = image.par_iter_mut().enumerate();
     pixels
         .with_min_len(PIXELS_PER_TASK)
         .for_each(|(pixel, sum)| {
-            source.cells.each_cell(footprint, pixel, |cell, weight| {
-                *sum += value(cell) * weight;
+            cells.each_cell(footprint, pixel, |cell, weight| {
+                *sum += value(cell) * weight
             });
+            if cells.overlap() {
+                *sum = sum.map(rounded);
+            }
         });
+}
+
+/// Rounds a number to 37 binary digits (T. J. Dekker, "A floating-point technique for extending the
+/// available precision", 1971). Weights that add up to one but for rounding then leave an even
+/// image exactly even.
+fn rounded(x: f64) -> f64 {
+    let split = x * (f64::from(1 << 16) + 1.0);
+    split - (split - x)
 }
 
 /// Results of cells that are wanted in addition to their sums.
@@ -392,10 +404,10 @@ fn part(
             Some(followed) => followed.take([cell as u64, task.sample], &mut ws, &mut found),
             None => shared::take(light, shared, cell, task.sample, &mut ws, &mut found),
         }
-        balance.add(
-            &std::mem::take(&mut ws.particle_balance),
-            &mut ws.stats.not_finite,
-        );
+        if light.integrator.splats() {
+            let particle = std::mem::take(&mut ws.particle_balance);
+            balance.add(&particle, &mut ws.stats.not_finite);
+        }
         let mut own = [Spectrum::ZERO; 2];
         for contribution in found.drain(..) {
             if !contribution.is_finite() {

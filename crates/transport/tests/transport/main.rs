@@ -40,6 +40,7 @@ mod photons;
 mod points;
 mod polarization;
 mod reciprocity;
+mod reconstruction;
 mod replicates;
 mod resampled_ends;
 mod reweighting;

@@ -184,3 +184,103 @@ fn places(filter: &Filter) -> Option<PiecewiseLinear> {
     }
     PiecewiseLinear::new(nodes().collect(), &densities).ok()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::SignedFilter;
+    use super::*;
+
+    /// Points of a cell along an axis.
+    const POINTS: usize = 20_000;
+
+    /// Mean over points of the sum of weights times a quantity of the distance from the pixel's
+    /// centre.
+    fn weighted(cells: &Cells, quantity: impl Fn(f64) -> f64) -> f64 {
+        let at = |i: usize| {
+            let (point, _) = cells.point([(i as f64 + 0.5) / POINTS as f64; 2]);
+            let footprint = Footprint::at(&cells.filter, point);
+            let [(first, weights), _] = footprint.axes();
+            let distances = (first..).map(|pixel| point[0] - 0.5 - pixel as f64);
+            let terms = distances
+                .zip(weights)
+                .map(|(x, weight)| weight * quantity(x));
+            terms.sum::<f64>()
+        };
+        (0..POINTS).map(at).sum::<f64>() / POINTS as f64
+    }
+
+    /// Samples have the filter as the density of their weights around a pixel, narrow filters
+    /// included.
+    #[test]
+    fn weights_have_the_density_of_the_filter() {
+        for filter in [
+            Filter::Box,
+            Filter::Tent { radius: 0.3 },
+            Filter::Tent { radius: 0.8 },
+            Filter::Tent { radius: 1.0 },
+            Filter::Gaussian { stddev: 0.2 },
+            Filter::Gaussian { stddev: 0.5 },
+            Filter::Signed(SignedFilter::cubic(1.0 / 3.0, 1.0 / 3.0)),
+            Filter::Signed(SignedFilter::lanczos(3)),
+        ] {
+            let spec = FilmSpec {
+                width: 8,
+                height: 8,
+                channels: 1,
+                group_size: 1,
+                filter,
+                window: None,
+            };
+            let cells = Cells::of(&spec);
+            for quantity in [|x: f64| x * x, |x: f64| (2.0 * x).cos()] {
+                let found = weighted(&cells, quantity);
+                let h = 2.0 * filter.radius() / POINTS as f64;
+                let place = |i: usize| (i as f64 + 0.5) * h - filter.radius();
+                let terms = (0..POINTS).map(|i| filter.value(place(i)) * quantity(place(i)));
+                let expected = h * terms.sum::<f64>();
+                assert!(
+                    (found - expected).abs() < 2e-4,
+                    "{filter:?}: {found} {expected}"
+                );
+            }
+        }
+    }
+
+    /// Each cell passes to the pixels the weights that pixels take from cells, and no more.
+    #[test]
+    fn cells_and_pixels_agree_on_weights() {
+        let spec = FilmSpec {
+            width: 3,
+            height: 2,
+            channels: 1,
+            group_size: 1,
+            filter: Filter::Gaussian { stddev: 0.5 },
+            window: None,
+        };
+        let cells = Cells::of(&spec);
+        let footprint = cells.footprint([0.3, 0.8]);
+        let mut passed = vec![0.0; 6 * cells.count()];
+        for cell in 0..cells.count() {
+            let mut any = false;
+            cells.each_pixel(&footprint, cell, |pixel, weight| {
+                any = true;
+                passed[pixel * cells.count() + cell] += weight;
+            });
+            assert_eq!(any, cells.counts(&footprint, cell));
+        }
+        for pixel in 0..6 {
+            let mut sum = 0.0;
+            cells.each_cell(&footprint, pixel, |cell, weight| {
+                sum += weight;
+                passed[pixel * cells.count() + cell] -= weight;
+            });
+            assert!((sum - 1.0).abs() < 1e-12);
+            assert_eq!(
+                cells.place(cells.of_pixel(pixel)),
+                [pixel % 3, pixel / 3].map(|i| i as i64)
+            );
+        }
+        assert!(passed.iter().all(|weight| weight.abs() < 1e-15));
+        assert_eq!(cells.pixels_among(0..cells.count()), 6);
+    }
+}

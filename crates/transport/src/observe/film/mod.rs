@@ -60,6 +60,9 @@ pub(crate) struct FilmShape {
     pub decomposition: Decomposition,
     /// True if samples are sorted by brightness for [`OutlierRejection`].
     pub sorts: bool,
+    /// If the samples of different cells are independent: variance of a pixel over the variance of
+    /// the samples of cells (see [`Cells::noise`]). `None` if pixels share paths.
+    pub noise: Option<f64>,
 }
 
 impl FilmShape {
@@ -73,6 +76,7 @@ impl FilmShape {
             replicates: Replicates::default(),
             decomposition: Decomposition::default(),
             sorts: false,
+            noise: None,
         }
     }
 

@@ -6,7 +6,9 @@ use crate::moments::{LEAST_EFFECTIVE, Tail};
 impl Film {
     /// Mean over all pixels and channels, with its standard error. Channels of one group share
     /// their paths, so their errors add up as fully correlated. Pixels count as independent, unless
-    /// one path contributes to many pixels: then the samples of the whole image give the error.
+    /// one path contributes to several pixels: then the samples of the whole image give the error.
+    /// If these are fewer than [`LEAST_EFFECTIVE`] and the samples of different cells are
+    /// independent, the variances of pixels give it.
     pub fn summary(&self) -> (f64, f64) {
         self.summary_of(None)
     }
@@ -27,13 +29,20 @@ impl Film {
             };
             let pixels = || (0..n).map(|i| self.pixel(group, i, layer));
             mean += pixels().flat_map(|p| p.mean().0).sum::<f64>();
-            variance += match self.whole(group, layer) {
-                whole if whole.count > 0 => square(whole) * (n * n) as f64,
-                _ => pixels().map(|p| square(&p)).sum(),
+            let of_pixels = || pixels().map(|p| square(&p)).sum::<f64>();
+            variance += match (self.whole(group, layer), self.shape.noise) {
+                (whole, _) if whole.count == 0 => of_pixels(),
+                (whole, Some(noise)) if self.few_images(whole) => of_pixels() / noise,
+                (whole, _) => square(whole) * (n * n) as f64,
             };
         }
         let scale = (n * self.shape.channels) as f64;
         (mean / scale, variance.sqrt() / scale)
+    }
+
+    /// True if there are too few samples of the whole image to give the error of its mean.
+    fn few_images(&self, whole: &Pixel) -> bool {
+        (whole.count as f64) < LEAST_EFFECTIVE
     }
 
     /// True if the error of [`Film::summary`], or of [`Film::layer_summary`], is unreliable: the
@@ -83,9 +92,10 @@ impl Film {
     /// Number of independent scores of the image's mean: samples of the whole image, or samples of
     /// all pixels.
     fn scores(&self, layer: Option<usize>) -> u64 {
-        let of_group = |group| match self.whole(group, layer).count {
-            0 => self.groups[group].samples(),
-            whole => whole,
+        let of_group = |group| match (self.whole(group, layer), self.shape.noise) {
+            (whole, _) if whole.count == 0 => self.groups[group].samples(),
+            (whole, Some(_)) if self.few_images(whole) => self.groups[group].samples(),
+            (whole, _) => whole.count,
         };
         (0..self.groups()).map(of_group).min().unwrap_or(0)
     }
