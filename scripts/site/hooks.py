@@ -1,7 +1,10 @@
 """Pages of the site that are made when it is built: the plugins, the command line, and documents of the root."""
 
+from pathlib import Path
+
 import command_line
 import documents
+import equations
 import plugins
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
@@ -21,3 +24,13 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
     """Lets links between docs/ and the root lead to where the site has these files."""
     return documents.relinked(markdown, page.file.src_uri)
+
+
+def on_page_content(html: str, page: Page, config: MkDocsConfig, files: Files) -> str:
+    """Typesets equations."""
+    return equations.typeset(html, page.file.src_uri)
+
+
+def on_post_build(config: MkDocsConfig) -> None:
+    """Writes the font of equations."""
+    equations.write_font(Path(config.site_dir))
