@@ -163,26 +163,56 @@ fn cited_anchors_exist() {
     assert!(count > 50, "only {count} citations found");
 }
 
-/// The labels of equations, such as (transfer), which end their lines.
-fn equations(theory: &str) -> BTreeSet<&str> {
-    let lines = theory.lines().filter(|line| line.starts_with("    "));
-    lines
-        .filter_map(|line| Some(&line[line.rfind('(')?..]))
-        .collect()
+/// The equations in LaTeX: between double dollars on separate lines, or between single dollars in a line.
+fn latex(theory: &str) -> Vec<String> {
+    let theory = theory.replace("$$", "$");
+    let parts: Vec<&str> = theory.split('$').collect();
+    assert!(parts.len() % 2 == 1, "an equation has no end");
+    let equations = parts.into_iter().skip(1).step_by(2);
+    equations.map(str::to_string).collect()
+}
+
+/// The labels of equations, such as (transfer) for `\tag{transfer}`.
+fn labels(theory: &str) -> BTreeSet<String> {
+    let mut known = BTreeSet::new();
+    for equation in theory.split("\n$$\n").skip(1).step_by(2) {
+        let mut tags = equation.split("\\tag{").skip(1);
+        let Some(tag) = tags.next() else { continue };
+        let label = tag.strip_suffix('}').expect("a tag ends its equation");
+        assert!(known.insert(format!("({label})")), "two equations: {label}");
+        assert_eq!(tags.next(), None, "{label} has another label");
+    }
+    known
+}
+
+/// GitHub takes a backslash before punctuation for an escape, an underscore after punctuation for emphasis, and a bar in a table for the
+/// end of a cell.
+#[test]
+fn equations_survive_markdown() {
+    for equation in latex(&theory()) {
+        let pairs = equation.chars().zip(equation.chars().skip(1));
+        for (first, second) in pairs {
+            let is_escape = first == '\\' && !second.is_alphabetic();
+            let is_emphasis = second == '_' && !first.is_alphanumeric();
+            assert!(!is_escape && !is_emphasis, "{first}{second} in {equation}");
+        }
+        assert!(!equation.contains(['*', '|', '<', '>']), "{equation}");
+    }
 }
 
 #[test]
 fn cited_equations_exist() {
     let theory = theory();
-    let known = equations(&theory);
-    let is_number = |label: &&&str| label.trim_matches(['(', ')']).parse::<f64>().is_ok();
+    let known = labels(&theory);
+    let is_number = |label: &&String| label.trim_matches(['(', ')']).parse::<f64>().is_ok();
     assert_eq!(known.iter().find(is_number), None, "labels are names");
+    assert!(known.len() > 50, "only {} labels found", known.len());
     for path in citing() {
         let text = fs::read_to_string(&path).unwrap();
         for rest in text.split("eq.").filter_map(|rest| rest.strip_prefix(" (")) {
             let label = format!("({})", rest.split(')').next().unwrap());
             let place = path.display();
-            assert!(known.contains(&*label), "{place}: no equation {label}");
+            assert!(known.contains(&label), "{place}: no equation {label}");
         }
     }
 }
