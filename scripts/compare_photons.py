@@ -97,24 +97,24 @@ def difference(runs, reference):
 
 TEXT = """# Photon maps compared
 
-This page shows bias and noise of photon maps on `{scene}` ({size}), with `bdpt` for comparison: {seeds} independent renders each,
-of {time:g} s of processor time. `scripts/compare_photons.py` makes it, in {minutes:.0f} min of processor time. The reference is the mean of
-{references} such renders by `particle`.
+This page shows the bias and noise of photon maps, with `bdpt` for comparison. Use it to choose a radius, or to decide against photon maps.
+Each estimator rendered `{scene}` ({size}) {seeds} times independently, with {time:g} s of CPU time for each render.
+The reference is the mean of {references} such renders by `particle`. `scripts/compare_photons.py` produces this page in {minutes:.0f} min of CPU time.
 
 ![One render of each, and below them where their means are too bright or too dark](images/photons.png)
 
-*Above: one render of {names}, from left to right.
-Below: the mean of the renders minus the reference, red where it is too bright, blue where it is too dark. It contains the
-remaining noise of both.*
+*Above, from left to right: one render by {names}.
+Below: the mean of the renders minus the reference, red where it is too bright, blue where it is too dark. The difference contains
+the remaining noise of both.*
 
 | estimator | samples per pixel | mean of the image | variance | squared bias |
 |---|---|---|---|---|
 {rows}
 | reference | | {mean:.5f} ± {error:.5f} | | |
 
-*Variance* and *squared bias* are those of pixels, divided by the squared reference (plus {dark:g} % of the image's mean) and averaged
-over the image. The noise of both means is subtracted from the squared bias, which may therefore be negative where there is no
-bias. `bdpt` has no bias: its value shows how uncertain the others are.
+*Variance* and *squared bias* are per pixel, divided by the squared reference (plus {dark:g} % of the image's mean) and averaged over the image.
+The noise of both means is subtracted from the squared bias. The result may therefore be negative where there is no bias.
+`bdpt` has no bias: its value shows the uncertainty of the other values.
 """
 
 
