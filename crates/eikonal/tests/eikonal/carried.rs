@@ -1,8 +1,10 @@
-//! Parallel transport along rays (docs/theory.md#polarisation-along-rays), against helices in a SELFOC rod.
+//! Parallel transport along rays (docs/theory.md#polarisation-along-rays), compared with helices in
+//! a SELFOC rod.
 //!
-//! In n² = n₀²(1 − α²r²) a ray at the constant distance r from the axis is a helix, of curvature κ = sin²χ/r and torsion
-//! τ = sinχ cosχ/r with tanχ = αr/√(1 − 2α²r²). What is carried along it turns in the frame of its normal N and binormal B by −τs.
-//! Over a full turn that is the solid angle 2π(1 − cosχ) of the cone of its tangents.
+//! In n² = n₀²(1 − α²r²) a ray at the constant distance r from the axis is a helix. Its curvature
+//! is κ = sin²χ/r and its torsion τ = sinχ cosχ/r, with tanχ = αr/√(1 − 2α²r²). A transported
+//! vector turns by −τs in the frame of normal N and binormal B. Over a full turn this angle is the
+//! solid angle 2π(1 − cosχ) of the cone of tangents.
 
 use glam::{DQuat, DVec3};
 use morgana_eikonal::Tolerance;
@@ -30,7 +32,7 @@ impl Helix {
         }
     }
 
-    /// Tangent, normal and binormal after an arc length.
+    /// Returns tangent, normal and binormal after an arc length.
     fn frame(&self, s: f64) -> [DVec3; 3] {
         let (sin, cos) = (self.sin * s / RADIUS).sin_cos();
         let outward = DVec3::new(cos, sin, 0.0);
@@ -45,7 +47,7 @@ impl Helix {
     }
 }
 
-/// Carries the normal at the start along the ray, and what comes of that back.
+/// Transports the initial normal along the ray, and the result back to the start.
 fn carried(s: f64, tolerance: f64) -> [DVec3; 2] {
     let field = Field::from(Selfoc::new(N0, ALPHA, DVec3::ZERO, DVec3::Z).unwrap());
     let [tangent, normal, _] = Helix::new().frame(0.0);
@@ -81,7 +83,8 @@ fn turns_by_the_torsion_of_helices() {
             let [forth, back] = carried(s, tolerance);
             let error = forth.distance(helix.carried(s)) / (1.0 + share);
             assert!(error < allowed, "{tolerance} {share}: {error}");
-            // Back and forth differ by the quadrature of the solid angle alone.
+            // Forward and backward transport differ only by the quadrature error of the solid
+            // angle.
             let lost = back.distance(helix.frame(0.0)[1]);
             println!("{tolerance:e} {share}: {error:e}, {lost:e}");
             assert!(lost < 1e-5 * allowed, "{tolerance} {share}: {lost}");

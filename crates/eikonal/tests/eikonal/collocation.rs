@@ -1,8 +1,9 @@
-//! Rays that are found without a shot, against those of shots at a tolerance of 1e-10.
+//! Rays found by collocation, without shooting, compared with rays shot at a tolerance of 1e-10.
 //!
-//! Tolerances: directions, lengths and places to twice the tolerance asked for, the Jacobian to five times it; shots that miss by up to ten
-//! tolerances count as having arrived. In grids the Hessian has kinks at every plane of samples, between which quadrature sees a
-//! few points only: there the Jacobian is good to 2e-4, as is that of shots.
+//! Allowed errors are twice the requested tolerance for directions, lengths and positions, and five
+//! times the tolerance for the Jacobian. A shot that misses by up to ten tolerances counts as
+//! having arrived. In grids the Hessian has kinks at every plane of samples, and the quadrature has
+//! only a few points between these planes. There the Jacobian is accurate to 2e-4, also for shots.
 
 use glam::DVec3;
 use morgana_eikonal::connect::{ConnectingRay, Unbounded};
@@ -17,7 +18,7 @@ fn in_ball(rng: &mut Rng, radius: f64) -> DVec3 {
     DVec3::from_array(rng.direction()) * (radius * rng.next_1d().cbrt())
 }
 
-/// Fields with the floor of the Jacobian's error.
+/// Fields, each with the smallest error of the Jacobian that can be expected.
 fn fields() -> Vec<(&'static str, Field, f64)> {
     let bump = Gaussian::new(1.33, 0.1, DVec3::ZERO, 0.4).unwrap();
     let cube = Aabb::new(-DVec3::ONE, DVec3::ONE);
@@ -41,7 +42,7 @@ fn relative(a: f64, b: f64) -> f64 {
     (a / b - 1.0).abs()
 }
 
-/// How far the pieces of one ray lie from those of another.
+/// Largest distance of points on one ray from another ray.
 fn apart(ray: &Solver<()>, exact: &Solver<()>) -> f64 {
     let distance = |x: DVec3| {
         let near = exact.pieces().iter().map(|p| {
@@ -58,7 +59,8 @@ fn apart(ray: &Solver<()>, exact: &Solver<()>) -> f64 {
     points.map(distance).fold(0.0, f64::max)
 }
 
-/// Errors over the tolerance: of directions, lengths and places, and of the Jacobian.
+/// Errors divided by the tolerance: the largest of directions, lengths and positions, and the error
+/// of the Jacobian.
 fn errors(found: &ConnectingRay, exact: &ConnectingRay, apart: f64) -> [f64; 2] {
     let all = [
         found.direction_out.distance(exact.direction_out),
@@ -101,14 +103,15 @@ fn rays_are_as_good_as_the_tolerance_says() {
                 }];
                 assert!(ends[0].distance(x) < 1e-14 && ends[1].distance(y) < 1e-14);
             }
-            // Otherwise this test says nothing.
+            // Check that collocation found most rays; the comparison would be empty without them.
             assert!(direct > PAIRS / 2, "{name} {tolerance:e}: {direct}");
         }
     }
 }
 
-/// A bump a tenth as wide as the chord is long, anywhere along it, is left to shots, whose Jacobian is good to 3e-3 if they miss by
-/// up to ten tolerances of 1e-4.
+/// Collocation leaves a bump a tenth as wide as the chord to the shooting method, wherever it lies
+/// along the chord. The Jacobian of shots is accurate to 3e-3 if they miss by up to ten tolerances
+/// of 1e-4.
 #[test]
 fn features_between_the_nodes_are_seen() {
     let (x, y) = (DVec3::new(-1.0, 0.01, 0.0), DVec3::new(1.0, 0.0, 0.02));

@@ -1,4 +1,5 @@
-//! Grids that are finer than their field: fewer samples hold the same field (docs/theory.md#sampled-fields).
+//! Grids finer than their field: fewer samples represent it equally well
+//! (docs/theory.md#sampled-fields).
 
 use crate::common::Random;
 use crate::homogeneous::flow;
@@ -6,7 +7,7 @@ use glam::DVec3;
 use morgana_eikonal::field::{Bspline, Placement};
 use morgana_eikonal::{Aabb, Field};
 
-/// A bump, sharper along z, in air that is still elsewhere.
+/// A bump, sharper along z, surrounded by air of constant index.
 fn bump(x: DVec3) -> f64 {
     let away = (x * DVec3::new(1.0, 1.0, 2.5)).length_squared();
     let cut = (1.0 - away).max(0.0).powi(6);
@@ -42,7 +43,8 @@ fn smooth_grids_are_held_by_fewer_samples() {
                 a.n2,
                 b.n2
             );
-            // A wave as long as two spacings that has the tolerance for its amplitude.
+            // The bound of the gradient is the gradient of a wave two spacings long, with the
+            // tolerance as its amplitude.
             let wave = std::f64::consts::PI / (3.0 / 100.0);
             assert!((a.grad - b.grad).length() <= wave * tolerance, "{x}");
         }
@@ -57,22 +59,23 @@ fn grids_as_fine_as_their_field_stay() {
         .collect();
     let noise = Bspline::from_samples([128; 3], cube(), Placement::Nodes, &rough).unwrap();
     assert!(noise.condensed(1e-4).is_none());
-    // A single sample off is met, wherever it lies.
+    // A single deviating sample is detected, wherever it lies.
     let mut samples = vec![1.3; 128 * 128 * 128];
     samples[(100 * 128 + 17) * 128 + 45] += 1e-3;
     let spike = Bspline::from_samples([128; 3], cube(), Placement::Nodes, &samples).unwrap();
     assert!(spike.condensed(1e-4).is_none());
-    // Looking for lines along a very long one would take longer than anything else.
+    // A very long grid stays as it is: choosing its samples would take longer than everything else.
     let wave = |x: DVec3| 1.3 + 1e-3 * x.z.sin();
     let long = Bspline::from_fn([1, 1, 1_200_000], cube(), Placement::Nodes, wave).unwrap();
     assert!(long.condensed(1e-4).is_none());
-    // Small grids lie in the cache as they are.
+    // Small grids stay as they are, because the caches hold them.
     assert!(grid([64; 3], Placement::Nodes).condensed(1e-2).is_none());
     assert!(noise.condensed(f64::INFINITY).is_none());
 }
 
-/// From samples themselves the same field follows as from the spline through all of them, and what it takes for still is still in that
-/// one, too.
+/// Condensing the samples gives the field that results from condensing the spline through all of
+/// them. Regions that the first condensed field reports as constant are constant in the second,
+/// too.
 #[test]
 fn samples_themselves_say_which_are_needed() {
     let dims = [160, 144, 200];
@@ -104,7 +107,7 @@ fn samples_themselves_say_which_are_needed() {
         still += usize::from(span > 0.0);
     }
     assert!(still > 500, "{still}");
-    // What is refused.
+    // Invalid input is refused.
     assert!(from(&samples, f64::NAN).is_none());
     assert!(from(&vec![1.3; samples.len()], 1e-5).is_none());
     for (bad, at) in [(f64::NAN, 77), (-1.3, 1_000_000), (1.31, 2_345_678)] {
@@ -114,7 +117,7 @@ fn samples_themselves_say_which_are_needed() {
     }
 }
 
-/// Along the axis of layers all samples may count, along the others few.
+/// Across layers every sample may matter, while few matter along the other axes.
 #[test]
 fn each_axis_keeps_what_it_needs() {
     let layers = |x: DVec3| 1.0 + 1e-3 * (60.0 * x.z).sin() * (-2.0 * x.x * x.x).exp();
@@ -132,7 +135,7 @@ fn each_axis_keeps_what_it_needs() {
     );
 }
 
-/// Fields need not be flat at the faces of their box: slopes there are kept.
+/// Fields need not be flat at the faces of their box: the slopes there are kept.
 #[test]
 fn slopes_at_faces_are_kept() {
     let slope = |x: DVec3| 1.3 + 0.05 * (0.7 * x.x).exp() * x.y.cos() * (0.5 * x.z).sin();
@@ -142,7 +145,8 @@ fn slopes_at_faces_are_kept() {
     assert!(count <= 23 * 65 * 23, "{:?}", condensed.dims());
 }
 
-/// Rays are the same within the tolerance of the field, and cross still air without evaluations.
+/// Rays through the condensed grid agree within the tolerance of the field, and cross constant air
+/// without evaluations.
 #[test]
 fn rays_are_the_same() {
     let round = |x: DVec3| bump(x / DVec3::new(1.0, 1.0, 2.5));

@@ -1,4 +1,4 @@
-//! Primary branches against tables that were computed independently.
+//! Primary branches, compared with independently computed tables.
 
 use crate::common::tables::tables;
 use glam::DVec3;
@@ -24,7 +24,8 @@ fn primary_branches_match_the_reference_tables() {
                 }
             };
             let Some(branch) = pair.branches.iter().find(|b| b.is(&found)) else {
-                // The tables leave out branches that leave the field's domain: here the graded rod.
+                // The tables leave out branches that leave the domain of the field, here the graded
+                // rod.
                 let mut ends = solver.pieces().iter().map(|p| p.arc.position(p.theta_end));
                 if ends.any(|p| !table.contains(p)) {
                     outside.push(id.to_owned());
@@ -40,16 +41,19 @@ fn primary_branches_match_the_reference_tables() {
         }
     }
     assert!(report.is_empty(), "{report}");
-    // From the chord, the iteration comes to a local minimum of the miss for these two pairs, which
-    // lie most of a pitch apart in the graded rod: a typed failure, not a wrong ray.
+    // For these two pairs, which lie most of a pitch apart in the graded rod, the iteration from
+    // the chord reaches a local minimum of the miss. The solver returns a typed failure, not a
+    // wrong ray.
     let stuck = ["F3-p-08", "F3-p-09"].map(|id| (id.to_owned(), Failure::NotConverged));
     assert_eq!(failures, stuck);
     assert_eq!(outside, ["F3-p-11"]);
     assert_eq!(listed, pairs - stuck.len() - outside.len());
 }
 
-/// Air over a hot road, 0.1 m high where rays are hundreds of metres long: the Jacobian, too, is that of the ray to the target, not of one
-/// that passes it by what the length allows. Ten tolerances are left to the last correction, and as many to the ray itself.
+/// Tests rays of hundreds of metres through air over a hot road, in which the index changes within
+/// 0.1 m. The Jacobian must belong to the ray to the target, and not to a ray that passes it at the
+/// distance that the tolerance allows over this length. Allowed errors are ten tolerances for the
+/// last correction and ten for the ray itself.
 #[test]
 fn jacobians_are_good_where_the_field_is_much_finer_than_rays_are_long() {
     let quantity = Quantity::Index;

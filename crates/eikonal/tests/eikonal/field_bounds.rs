@@ -1,4 +1,4 @@
-//! Bounds of every field over boxes: never too narrow, and not much too wide.
+//! Bounds of every field over boxes: they hold, and are not much too wide.
 
 use crate::common::{Case, Random, all_fields, scale};
 use glam::{DMat3, DVec3};
@@ -6,7 +6,7 @@ use morgana_eikonal::bounds::symmetric_eigenvalues;
 use morgana_eikonal::field::{Bspline, Placement};
 use morgana_eikonal::{Aabb, FieldBounds};
 
-/// What a dense sampling of a box finds.
+/// Extremes that dense sampling of a box finds.
 struct Sampled {
     bounds: FieldBounds,
     kappa: f64,
@@ -54,7 +54,7 @@ fn sample(case: &Case, region: &Aabb, random: &mut Random, count: usize) -> Samp
 fn assert_conservative(case: &Case, region: &Aabb, found: &Sampled) {
     let bounds = case.field.bounds(region);
     let f = &found.bounds;
-    // Rounding of the field itself, in units of n² over powers of its length scale.
+    // Allow for rounding of the field itself, in units of n² over powers of its length scale.
     let l = scale(&case.field, region.center());
     let (e0, e1, e2) = (
         1e-14 * f.n2_max,
@@ -126,9 +126,9 @@ fn bounds_over_a_point_or_over_all_space_hold() {
     }
 }
 
-/// Over a box of diagonal d the bounds of an analytic field may exceed what is found by the next
-/// derivative times d; those of Hess n² also by 2|∇n|² = |∇n²|²/(2n²), for they add the
-/// eigenvalues of the two terms of Hess n².
+/// Over a box of diagonal d, the bounds of an analytic field may exceed the sampled extremes by d
+/// times the next derivative. The bounds of Hess n² may exceed them by a further 2|∇n|² =
+/// |∇n²|²/(2n²), because they add the eigenvalues of the two terms of Hess n².
 #[test]
 fn bounds_are_tight_on_small_boxes() {
     let mut random = Random(13);
@@ -170,7 +170,8 @@ fn bounds_are_tight_on_small_boxes() {
     }
 }
 
-/// Waves are the worst case: several modes that do not peak together.
+/// Bounds over a whole region are at most a small factor too wide. Waves are the worst case,
+/// because several modes do not peak together.
 #[test]
 fn bounds_over_a_whole_region_are_of_the_right_size() {
     let mut random = Random(17);
@@ -187,7 +188,7 @@ fn bounds_over_a_whole_region_are_of_the_right_size() {
             b.hess_max / curvature,
             -b.hess_min / curvature,
         ];
-        // A shear multiplies what is lost by the square of its condition.
+        // A shear multiplies the excess by the square of its condition number.
         let factor = match case.name {
             "waves" => 4.0,
             "sheared waves" => 8.0,
@@ -199,7 +200,8 @@ fn bounds_over_a_whole_region_are_of_the_right_size() {
     }
 }
 
-/// Those of large boxes come from blocks of cells, at several scales on a grid this long.
+/// Bounds over a large box come from blocks of cells, on several scales in a grid this long. They
+/// agree with the bounds of the parts of the box.
 #[test]
 fn bounds_of_large_grids_are_those_of_their_parts() {
     let mut random = Random(19);
@@ -217,7 +219,8 @@ fn bounds_of_large_grids_are_those_of_their_parts() {
         special: vec![],
         analytic: false,
     };
-    // Steps of four cells along x, two boxes along y and z: few enough cells to be looked at one by one.
+    // Divide into four cells along x and two boxes along y and z, few enough cells to be bounded
+    // one by one.
     let parts = |region: &Aabb| {
         let count = (region.size() / DVec3::new(0.26, 0.5, 1.0))
             .ceil()
@@ -240,7 +243,7 @@ fn bounds_of_large_grids_are_those_of_their_parts() {
         let found = sample(&case, &region, &mut random, 2000);
         assert_conservative(&case, &region, &found);
         if i == 0 {
-            // Nothing of where the field bends outside.
+            // Bends of the field outside the region have no effect.
             let (whole, parts) = (case.field.bounds(&region), parts(&region));
             assert!(whole.hess_max < 1.3 * parts.hess_max, "{whole:?} {parts:?}");
             assert!(whole.grad_max < 1.3 * parts.grad_max, "{whole:?} {parts:?}");
@@ -253,7 +256,7 @@ fn eigenvalues_solve_the_characteristic_equation() {
     let mut random = Random(23);
     for _ in 0..1000 {
         let [d, o] = [random.vector() - 0.5, random.vector() - 0.5];
-        // Every other matrix is nearly degenerate.
+        // Make every second matrix nearly degenerate.
         let o = if random.uniform() < 0.5 { o * 1e-9 } else { o };
         let m = DMat3::from_cols(
             DVec3::new(d.x, o.x, o.y),

@@ -1,10 +1,10 @@
-//! Derivatives of every field against finite differences, and the promises about length scales.
+//! Derivatives of every field, compared with finite differences, and properties of length scales.
 
 use crate::common::{Case, Random, all_fields, max_entry, scale};
 use glam::{DMat3, DVec3};
 use morgana_eikonal::Field;
 
-/// Fourth-order central difference of `f` along `axis`.
+/// Returns the fourth-order central difference of `f` along `axis`.
 fn difference<T>(f: impl Fn(DVec3) -> T, x: DVec3, axis: usize, h: f64) -> T
 where
     T: std::ops::Sub<Output = T> + std::ops::Mul<f64, Output = T>,
@@ -27,8 +27,9 @@ fn check_point(case: &Case, x: DVec3) {
     let h = 1e-3 * l;
     let jet = field.jet(x);
 
-    // Rounding costs 1e-16 n²/h = 1e-13 n²/l, truncation h⁴/30 of the fifth derivative, below
-    // 1e-11 n²/l⁵. A spline has jumps of its third derivative, which cost up to h² and h of it.
+    // Rounding costs 1e-16 n²/h = 1e-13 n²/l. Truncation costs h⁴/30 of the fifth derivative, below
+    // 1e-11 n²/l⁵. The third derivative of a spline jumps, which costs up to h² times the jump in
+    // the gradient and h times it in the Hessian.
     let (grad_tolerance, hess_tolerance) = if case.analytic {
         (1e-10, 1e-10)
     } else {

@@ -1,4 +1,5 @@
-//! The tricubic B-spline grid: what it reproduces exactly, how fast it converges, where it ends.
+//! Tricubic B-spline grids: exact reproduction of cubics, order of convergence, and behaviour at
+//! the faces.
 
 use crate::common::{self, Random, assert_jets_agree, max_entry, ripples};
 use glam::{DMat3, DVec3};
@@ -33,8 +34,8 @@ fn quadratic_squared_index_is_exact_up_to_the_faces() {
                     .map(|_| random.point(&bounds))
                     .chain(bounds.corners())
                 {
-                    // δ is of order one and kept to 6e-8; the Hessian multiplies that by
-                    // 4/spacing² < 200, and the continuation past the faces by a few.
+                    // δ is of order one and accurate to 6e-8. The Hessian multiplies its error by
+                    // 4/spacing² < 200, and the continuation past the faces by a few more.
                     assert_jets_agree(grid.jet(x), field.jet(x), 1e-4);
                     assert!((grid.n2(x) - field.n2(x)).abs() < 2e-6);
                 }
@@ -56,7 +57,7 @@ fn cubic_squared_index_is_exact_away_from_the_faces() {
         let grid = Bspline::from_fn([48; 3], cube(1.0), placement, |x| cubic(x).sqrt());
         let grid = Field::from(grid.unwrap());
         for x in (0..500).map(|_| random.point(&cube(0.5))) {
-            // Twelve spacings from the faces their effect is 0.27¹² = 1e-7.
+            // Twelve spacings from the faces their effect has decayed to 0.27¹² = 1e-7.
             assert!((grid.n2(x) - cubic(x)).abs() < 1e-8, "{placement:?} {x}");
         }
     }
@@ -86,7 +87,8 @@ fn interpolation_converges_with_orders_four_three_two() {
     for pair in refined.windows(2) {
         for (i, order) in [4.0, 3.0, 2.0].into_iter().enumerate() {
             let measured = (pair[0][i] / pair[1][i]).log2();
-            // Halving a spacing of half the width is not yet the limit: the next terms help.
+            // The coarsest spacing, half the width, is not yet in the asymptotic range;
+            // higher-order terms reduce the measured order.
             assert!(
                 measured > order - 0.25,
                 "derivative {i}: order {measured}, errors {refined:?}"
@@ -103,7 +105,7 @@ fn small_contrasts_survive_single_precision() {
     let mut random = Random(41);
     for x in (0..200).map(|_| random.point(&cube(0.9))) {
         let (a, b) = (strong.jet(x), weak.jet(x));
-        // The strong one has Δn² a term 1e-2/(2n) larger.
+        // In the strong field the term in Δ² makes Δn² larger by a fraction of 1e-2/(2n).
         assert!((a.grad * 1e-4 - b.grad).length() < 0.01 * 1e-6 / 0.4);
         assert!(max_entry(a.hess * 1e-4 - b.hess) < 0.02 * 1e-6 / 0.16);
     }
@@ -137,7 +139,7 @@ fn few_samples_along_an_axis_give_lower_degrees() {
     for placement in PLACEMENTS {
         let grid = Bspline::from_fn([1, 2, 1], cube(1.0), placement, linear).unwrap();
         let grid = Field::from(grid);
-        // Nothing bends: the size of the grid.
+        // In a linear field the length scale is the size of the grid.
         assert!((grid.length_scale(DVec3::ZERO) - spacing(2, placement)).abs() < 1e-15);
         for x in [DVec3::splat(0.9), DVec3::new(50.0, -0.7, -1e9)] {
             let expected = Jet {
@@ -158,8 +160,9 @@ fn spacing(n: usize, placement: Placement) -> f64 {
     }
 }
 
-/// In n² = 2 + a cos kx the length is (2n²/ak⁴)^¼ where the cosine is ±1. Around the node in the middle it is
-/// one or minus one. Fourth differences of the coefficients are off by less than 1 % here.
+/// In n² = 2 + a cos kx the length scale is (2n²/ak⁴)^¼ where the cosine is ±1. Around the node in
+/// the middle it is plus or minus one. Fourth differences of the coefficients are off by less than
+/// 1 % here.
 #[test]
 fn the_length_scale_follows_from_fourth_derivatives() {
     let (a, k) = (0.1_f64, PI / 0.5);
@@ -173,8 +176,10 @@ fn the_length_scale_follows_from_fourth_derivatives() {
     );
 }
 
-/// The same however closely the samples lie: rounding of coefficients, divided by the fourth power of their distance, is not taken for
-/// what the field does. Coarser lattices, which then tell, smooth the wave a little: 1.4 % of the length were measured.
+/// The length scale does not depend on the spacing of the samples: rounding of coefficients,
+/// divided by the fourth power of the spacing, must not count as structure of the field. Close
+/// samples are therefore judged on coarser lattices, which smooth the wave a little: the length was
+/// measured to change by 1.4 %.
 #[test]
 fn the_length_scale_does_not_depend_on_the_spacing() {
     let (a, k) = (0.1_f64, PI / 0.5);
@@ -182,7 +187,8 @@ fn the_length_scale_does_not_depend_on_the_spacing() {
     let expected = |n2: f64| (2.0 * n2 / (a * k.powi(4))).sqrt().sqrt();
     for samples in [65, 129, 257, 513, 1025, 2049] {
         let grid = Bspline::from_fn([samples, 9, 9], cube(1.0), Placement::Nodes, wave).unwrap();
-        // The contrast vanishes in the middle, where nothing is rounded away, and is largest halfway.
+        // The contrast vanishes in the middle, where nothing is rounded, and is largest halfway to
+        // the face.
         for x in [0.0, 0.5] {
             let length = Field::from(grid.clone()).length_scale(DVec3::X * x);
             assert!(
@@ -193,7 +199,7 @@ fn the_length_scale_does_not_depend_on_the_spacing() {
     }
 }
 
-/// One sample that differs makes steps small around it, and nowhere else.
+/// A single deviating sample makes steps small around it, and nowhere else.
 #[test]
 fn a_lone_sample_is_not_stepped_over() {
     let spike = |x: DVec3| if x.length() < 1e-9 { 1.4 } else { 1.3 };
@@ -204,7 +210,7 @@ fn a_lone_sample_is_not_stepped_over() {
     for distance in [0.1, 0.3, 0.6, 0.99] {
         let there = grid.length_scale(DVec3::Y * distance);
         assert!(there <= near + distance, "{there} at {distance}");
-        // Blocks of eight cells, and slopes of 1/√3 along the axes.
+        // Length scales refer to blocks of eight cells, and their slopes along the axes are 1/√3.
         assert!(there >= 0.5 * (distance - 0.25), "{there} at {distance}");
     }
 }
@@ -220,7 +226,8 @@ fn constant_samples_make_a_constant_field() {
     assert!(!Field::from(varied).is_constant());
 }
 
-/// The jets on both sides of every knot and of the places where the coefficients begin to repeat.
+/// Jets agree on both sides of every knot, and of the places where the coefficients begin to
+/// repeat.
 #[test]
 fn field_is_twice_continuously_differentiable_everywhere() {
     let grid = Field::from(common::grid(Placement::Nodes));
@@ -260,7 +267,7 @@ fn bad_grids_are_refused() {
         of([usize::MAX, 2, 2], cube(1.0), &samples),
         FieldError::GridTooLarge { .. }
     ));
-    // As many bytes as no machine has, but numbers can count.
+    // This size exceeds the memory of any machine, but does not overflow.
     let huge = Bspline::from_fn([1 << 19; 3], cube(1.0), nodes, |_| 1.3);
     assert!(matches!(huge, Err(FieldError::GridTooLarge { .. })));
     for bounds in [cube(0.0), cube(f64::INFINITY), cube(f64::NAN), Aabb::EMPTY] {
@@ -284,7 +291,7 @@ fn bad_grids_are_refused() {
     }
 }
 
-/// Samples cost four bytes each, and two more at either end of each axis.
+/// Samples take four bytes each. Each axis has two more samples at either end.
 #[test]
 fn grids_are_no_larger_than_their_samples() {
     let field: Field = Bspline::from_fn([128; 3], cube(1.0), Placement::Nodes, |_| 1.3)
@@ -293,7 +300,8 @@ fn grids_are_no_larger_than_their_samples() {
     assert!(field.memory() as f64 <= 4.5 * 128f64.powi(3));
 }
 
-/// Bounds over large boxes of long grids, whose blocks are coarser, hold what they bound and little more.
+/// Bounds over large boxes of long grids use coarser blocks. They hold, and are only a little too
+/// wide.
 #[test]
 fn bounds_of_long_grids() {
     let index = |x: DVec3| 1.3 + 0.05 * (9.0 * x.x).sin() * (2.0 * x.y).cos();

@@ -1,7 +1,8 @@
-//! Noise of samples, above all that of rounding: what it does to derivatives, and splines that pass it by.
+//! Noise of samples, mainly from rounding: its effect on derivatives, and smoothing splines that
+//! ignore it.
 //!
-//! The atmosphere n = 1 + 2.73e-4 exp(−z/8 km), sampled every 0.25 km: rays bend right from samples in double precision, and
-//! not from those in single.
+//! The atmosphere n = 1 + 2.73e-4 exp(−z/8 km) is sampled every 0.25 km. Rays bend correctly if the
+//! samples are in double precision, but not if they are in single precision.
 
 use glam::DVec3;
 use morgana_eikonal::field::{Bspline, Field, Placement};
@@ -38,7 +39,7 @@ fn exact() -> Bspline {
     Bspline::from_fn(dims, bounds(), Placement::Nodes, |x| index(x.z)).unwrap()
 }
 
-/// The angle by which level rays at several heights turn over 100 km.
+/// Returns the angles by which horizontal rays at several heights turn over 100 km.
 fn bending(field: &Field) -> Vec<f64> {
     let turn = |i: i32| {
         let x = DVec3::new(-50.0, 0.0, 4.1 + f64::from(i));
@@ -50,7 +51,7 @@ fn bending(field: &Field) -> Vec<f64> {
     (0..12).map(turn).collect()
 }
 
-/// Root mean square of relative differences.
+/// Returns the root mean square of relative differences.
 fn error(found: &[f64], exact: &[f64]) -> f64 {
     let squares = found.iter().zip(exact).map(|(f, e)| (f / e - 1.0).powi(2));
     (squares.sum::<f64>() / exact.len() as f64).sqrt()
@@ -65,14 +66,15 @@ fn bending_from_single_precision_is_mended_by_smoothing() {
     assert!(smooth < 1e-3 && smooth < 0.05 * rough, "{rough} {smooth}");
 }
 
-/// The stated shares are those of the differences between derivatives with rounding and without.
+/// The reported fractions of noise in derivatives agree with the differences between derivatives
+/// with rounding and without.
 #[test]
 fn shares_of_noise_are_what_they_say() {
     let (rough, exact) = (from(rounded(), 0.0), Field::from(exact()));
     let shares = rough.noise_shares(ROUNDING);
     let rough = Field::from(rough);
     let (mut noise, mut total) = ([0.0; 2], [0.0; 2]);
-    // The top, where samples are all alike, has no noise.
+    // Leave out the top: samples there are all equal and have no noise.
     for i in 5..SAMPLES / 2 {
         let x = DVec3::new(0.0, 0.0, SPACING * i as f64);
         let [a, b] = [&rough, &exact].map(|field| field.jet(x));
@@ -87,12 +89,13 @@ fn shares_of_noise_are_what_they_say() {
         assert!((0.5..2.0).contains(&(stated / found)), "{found} {stated}");
     }
     assert!(shares.fourth > 0.9, "{shares:?}");
-    // Nothing of it where samples are exact: they are smoother than rounding would make them.
+    // No noise is reported for exact samples.
     let none = Bspline::from_fn([1, 1, SAMPLES], bounds(), Placement::Nodes, |x| index(x.z));
     assert!(none.unwrap().noise_shares(1e-16).first < 1e-9);
 }
 
-/// Cubic n² stays, whatever noise is assumed; so does what is stronger than the noise.
+/// Smoothing keeps a cubic n² for any assumed noise, and it keeps structure that is stronger than
+/// the noise.
 #[test]
 fn smoothing_keeps_what_is_no_noise() {
     let cubic = |x: DVec3| (1.7 + 0.1 * x.x - 0.2 * x.x * x.y * x.y + 0.1 * x.z.powi(3)).sqrt();
@@ -112,7 +115,7 @@ fn smoothing_keeps_what_is_no_noise() {
         let error = (field.n(x) - cubic(x)).abs();
         assert!(error < 4e-7, "{x} {error}");
     }
-    // Waves of four samples and a thousandfold of the noise.
+    // Waves of four samples, with an amplitude a thousand times the noise.
     let wave = |i: usize| 1.3 + 1e-3 * (1.6 * i as f64).sin();
     let samples: Vec<f64> = (0..SAMPLES).map(wave).collect();
     let dims = [1, 1, SAMPLES];
@@ -124,7 +127,7 @@ fn smoothing_keeps_what_is_no_noise() {
     }
 }
 
-/// Samples in place give the field of the same samples elsewhere, bit by bit.
+/// The field is bit-identical whether the samples are converted in place or copied.
 #[test]
 fn samples_in_place_are_the_same_samples() {
     let cube = Aabb::new(DVec3::splat(-1.0), DVec3::ONE);

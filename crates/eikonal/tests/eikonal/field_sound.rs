@@ -1,4 +1,4 @@
-//! Sound in time: standing and turning waves, and their wavelengths.
+//! Sound in time: standing and rotating waves, and their wavelengths.
 
 use crate::common::{CENTER, Random, rigid};
 use glam::{DAffine3, DMat3, DVec3};
@@ -23,7 +23,8 @@ fn points() -> Vec<DVec3> {
     (0..100).map(|_| random.vector() * 2.0 - 1.0).collect()
 }
 
-/// Δ cos(ωt + τ) is the amplitude, whatever surrounds the field. Phase 0 is the field itself, bit for bit.
+/// The amplitude at phase ωt is Δ cos(ωt + τ), whatever fields surround the wave. At phase 0 the
+/// field is bit-identical to the original.
 #[test]
 fn a_standing_wave_oscillates_in_place() {
     let still = around_z(vec![mode(0.3, 0.0)]);
@@ -48,7 +49,8 @@ fn a_standing_wave_oscillates_in_place() {
     }
 }
 
-/// cos mφ cos ωt + sin mφ sin ωt = cos(mφ − ωt): the pattern of order m = 2 turns by ωt/2.
+/// The sum cos mφ cos ωt + sin mφ sin ωt equals cos(mφ − ωt): the pattern of order m = 2 rotates by
+/// ωt/2.
 #[test]
 fn two_modes_make_a_wave_that_turns() {
     let field = around_z(vec![mode(0.0, 0.0), mode(-FRAC_PI_2, -FRAC_PI_2)]);
@@ -66,7 +68,7 @@ fn two_modes_make_a_wave_that_turns() {
 fn bad_phases_are_refused() {
     let mode = AcousticMode::new(0.02, 2, K, 0.0).unwrap();
     assert!(mode.with_time_phase(f64::NAN).is_err());
-    // A mode that is silent now is loud later.
+    // A mode that vanishes at one instant is loud at another, and is refused for its amplitude.
     let loud = AcousticMode::new(2.0, 0, K, 0.0).unwrap();
     let silent = loud.with_time_phase(FRAC_PI_2).unwrap();
     let field = Acoustic::new(1.33, DVec3::ZERO, DVec3::Z, DVec3::X, vec![silent]);
@@ -98,8 +100,9 @@ fn wavelengths_follow_transforms() {
     assert_eq!(Field::from(bump).sound_wavelengths(), None);
 }
 
-/// Samples of the complex amplitude of a wave that turns, cos mφ cos ωt + sin mφ sin ωt: its index at every phase, to the error of
-/// splines of 21 samples per wavelength (3e-4 of its amplitude; 1.7e-4 were measured).
+/// Tests samples of the complex amplitude of a rotating wave, cos mφ cos ωt + sin mφ sin ωt. Its
+/// index at every phase agrees to within the error of splines of 21 samples per wavelength (limit
+/// 3e-4 of the amplitude; measured 1.7e-4).
 #[test]
 fn sampled_sound_is_the_wave_of_which_it_has_samples() {
     let amplitude = 0.02;
@@ -110,7 +113,7 @@ fn sampled_sound_is_the_wave_of_which_it_has_samples() {
         let place = [i % 41, i / 41 % 41, i / 1681].map(|k| -1.0 + 2.0 * k as f64 / 40.0);
         DVec3::from(place)
     };
-    // The index at ωt = 0 and at −π/2 has the real and the imaginary part.
+    // The index at ωt = 0 contains the real part, and the index at −π/2 the imaginary part.
     let [now, before] = [field.clone(), field.at_phase(-FRAC_PI_2)];
     let pair = |i: usize| [&now, &before].map(|f| (f.n(at(i)) - 1.33) as f32);
     let samples = SoundSamples {

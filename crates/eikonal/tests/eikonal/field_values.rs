@@ -1,4 +1,5 @@
-//! Fields against their formulas and against one another, and the refusal of bad parameters.
+//! Fields, compared with their formulas and with one another, and the refusal of invalid
+//! parameters.
 
 use crate::common::{CENTER, Random, acoustic, assert_jets_agree, rigid, shear};
 use glam::{DAffine3, DMat3, DVec3};

@@ -1,5 +1,5 @@
-//! Indices by formula and by table against the fields whose formulas they are, against closed forms of rays, and the refusal
-//! of what is no formula.
+//! Indices given by formula and by table, compared with the equivalent fields and with closed forms
+//! of rays, and the refusal of invalid formulas.
 
 use crate::common::{self, Random, assert_jets_agree};
 use glam::DVec3;
@@ -16,8 +16,8 @@ fn with(text: &str, quantity: Quantity, parameters: &[(&str, f64)]) -> Field {
     Formula::new(text, quantity, parameters).unwrap().into()
 }
 
-/// The same field as a formula in x, y, z, as one in a distance, and as a type of its own. Both formulas round a few times
-/// more than the field does.
+/// Pairs of a field type and two equivalent formulas: one in x, y, z, and one in a distance. Both
+/// formulas round a few times more than the field does.
 fn alike() -> Vec<(&'static str, Field, [Field; 2])> {
     let bump = [("n0", 1.33), ("delta", 0.08), ("w", 0.4)];
     let n = Quantity::Index;
@@ -67,7 +67,7 @@ fn formulas_are_the_fields_that_they_write_out() {
     }
 }
 
-/// Seconds that `work` takes, at best of several times.
+/// Returns the time of `work` in seconds, the best of several runs.
 fn seconds(mut work: impl FnMut()) -> f64 {
     let time = |_| {
         let start = Instant::now();
@@ -77,8 +77,9 @@ fn seconds(mut work: impl FnMut()) -> f64 {
     (0..15).map(time).fold(f64::INFINITY, f64::min)
 }
 
-/// Time by formula over that of the field of its own, for each way to ask. Run in a release build, by
-/// `cargo test --release -p morgana-eikonal --test eikonal formulas -- --ignored --nocapture`.
+/// Measures the time by formula relative to the equivalent field type, for each kind of evaluation.
+/// Run it in a release build: `cargo test --release -p morgana-eikonal --test eikonal formulas --
+/// --ignored --nocapture`.
 #[test]
 #[ignore = "a measurement"]
 fn cost_beside_fields_of_their_own() {
@@ -127,7 +128,7 @@ fn cost_beside_fields_of_their_own() {
     }
 }
 
-/// The ray from `x` along a direction over a span of σ, as its nodes.
+/// Traces the ray from `x` along a direction over a span of σ. Returns its nodes.
 fn nodes(field: &Field, x: DVec3, direction: DVec3, span: f64, tolerance: f64) -> Vec<Node<()>> {
     let node = Node::start(field, x, direction.normalize(), ());
     let mut flow = Flow::new(field, node, Tolerance::new(tolerance));
@@ -139,7 +140,8 @@ fn nodes(field: &Field, x: DVec3, direction: DVec3, span: f64, tolerance: f64) -
     nodes
 }
 
-/// n² = n₀²(1 − α²ρ²) written with the coefficients of a catalogue: across the axis the ray oscillates as cos n₀ασ.
+/// Tests n² = n₀²(1 − α²ρ²), written with the coefficients of a catalogue. Across the axis the ray
+/// oscillates as cos n₀ασ.
 #[test]
 fn rods_by_their_coefficients_bend_rays_to_sinusoids() {
     let (n0, alpha) = (1.6, 0.3);
@@ -157,7 +159,7 @@ fn rods_by_their_coefficients_bend_rays_to_sinusoids() {
     assert!(end.x.distance(exact) < 1e-8, "{} for {exact}", end.x);
 }
 
-/// In Maxwell's fisheye of radius R all rays are circles with |x − c|² = R² + |c|², and closed.
+/// In Maxwell's fisheye of radius R all rays are closed circles with |x − c|² = R² + |c|².
 #[test]
 fn rays_in_a_fisheye_by_formula_are_closed_circles() {
     let field = with(
@@ -169,7 +171,7 @@ fn rays_in_a_fisheye_by_formula_are_closed_circles() {
         DVec3::new(0.5, 0.1, -0.2),
         DVec3::new(0.2, 1.0, 0.3).normalize(),
     );
-    // c = start + s·normal in the plane of the ray, with |start − c|² = R² + |c|².
+    // The centre is c = start + s·normal in the plane of the ray, with |start − c|² = R² + |c|².
     let normal = start.reject_from_normalized(direction).normalize();
     let s = (0.64 + start.length_squared()) / (2.0 * start.dot(normal));
     let center = start - normal * s;
@@ -188,8 +190,8 @@ fn rays_in_a_fisheye_by_formula_are_closed_circles() {
     assert!(turns.count() >= 1, "not once around");
 }
 
-/// A table of the rod's index, in the distance from its axis, against the rod. The spline is off by h⁴/384 of the fourth
-/// derivative of n, which is −3n₀α⁴ on the axis.
+/// Compares a table of the rod's index, over the distance from its axis, with the rod. The spline
+/// is off by h⁴/384 of the fourth derivative of n, which is −3n₀α⁴ on the axis.
 #[test]
 fn tables_come_close_to_what_they_tabulate() {
     let rod: Field = Selfoc::new(1.6, 0.3, DVec3::ZERO, DVec3::Z).unwrap().into();
@@ -207,7 +209,7 @@ fn tables_come_close_to_what_they_tabulate() {
         let bound = 4.0 * h.powi(4) / 384.0 * 3.0 * 1.6 * 0.3f64.powi(4);
         assert!((table.n(x) - rod.n(x)).abs() < bound);
     }
-    // With heights instead of distances from the centre.
+    // Use heights instead of distances from the centre.
     let shifted: Vec<[f64; 2]> = samples.iter().map(|[u, n]| [u - 5.0, *n]).collect();
     let shifted: Field = IndexProfile::table(Coordinate::Rho, 5.0, &shifted)
         .unwrap()
@@ -216,19 +218,20 @@ fn tables_come_close_to_what_they_tabulate() {
     assert_jets_agree(shifted.jet(x), table.jet(x), 1e-11);
 }
 
-/// R and the height of the exponential atmosphere in metres, and n − 1 at the ground.
+/// Radius of the Earth and scale height of the exponential atmosphere, in metres, and n − 1 at the
+/// ground.
 const EARTH: [f64; 3] = [6_371_000.0, 8_000.0, 2.8e-4];
-/// Where the atmosphere ends for rays and for the integral alike, in metres above the ground.
+/// Top of the atmosphere for both rays and the integral, in metres above the ground.
 const TOP: f64 = 160_000.0;
 
-/// The bending of a ray that reaches the ground at a zenith distance, in an exponential atmosphere, by the integral over the
-/// zenith distance along the ray (L. H. Auer and E. M. Standish, Astron. J. 119, 2000, eq. 3), whose height follows from
-/// Bouguer's invariant n r sin ψ.
+/// Returns the bending of a ray that reaches the ground at a zenith distance, in an exponential
+/// atmosphere. It is an integral over the zenith distance along the ray (L. H. Auer and E. M.
+/// Standish, Astron. J. 119, 2000, eq. 3). Bouguer's invariant n r sin ψ gives the height.
 fn bending(zenith: f64) -> f64 {
     let [radius, height, contrast] = EARTH;
     let n = |h: f64| 1.0 + contrast * (-h / height).exp();
     let invariant = n(0.0) * zenith.sin();
-    // The height where the ray has zenith distance ψ: n(h)(R + h) = n(0) R sin ψ₀/sin ψ.
+    // Height where the ray has the zenith distance ψ: n(h)(R + h) = n(0) R sin ψ₀/sin ψ.
     let at = |psi: f64, mut h: f64| {
         for _ in 0..60 {
             let slope = -(n(h) - 1.0) / height;
@@ -246,7 +249,8 @@ fn bending(zenith: f64) -> f64 {
     simpson(integrand, [top, zenith])
 }
 
-/// Simpson's rule with so many pieces that twice as many change nothing at 1e-9.
+/// Integrates by Simpson's rule. Doubling the number of pieces changes the result by less than
+/// 1e-9.
 fn simpson(f: impl Fn(f64) -> f64, [from, to]: [f64; 2]) -> f64 {
     let sum = |pieces: i32| {
         let h = (to - from) / f64::from(pieces);
@@ -263,7 +267,8 @@ fn simpson(f: impl Fn(f64) -> f64, [from, to]: [f64; 2]) -> f64 {
     fine
 }
 
-/// How far a ray through an atmosphere around the Earth is bent on its way from the ground to the top.
+/// Returns the angle by which an atmosphere around the Earth bends a ray between the ground and the
+/// top.
 fn traced(field: &Field, zenith: f64) -> f64 {
     let [radius, ..] = EARTH;
     let direction = DVec3::new(zenith.sin(), 0.0, zenith.cos());
@@ -275,7 +280,7 @@ fn traced(field: &Field, zenith: f64) -> f64 {
         last = *flow.node();
         flow.advance(5e3, &mut work);
     }
-    // Beyond the top nothing bends by more than 1e-12.
+    // Beyond the top the bending is less than 1e-12.
     let end = if height(last.x) > TOP - 1.0 {
         last
     } else {
@@ -284,9 +289,10 @@ fn traced(field: &Field, zenith: f64) -> f64 {
     direction.cross(end.v.normalize()).length().asin()
 }
 
-/// Refraction from the horizon to near the zenith, of rays in an atmosphere that is written as a formula and as a table of
-/// heights every 100 m, beside the integral. Positions are some 6.4e6 m, with heights of a nanometre's resolution: 1e-13 of
-/// the scale height. The slope of a spline is off by h³/24 of the fourth derivative, 8e-8 of the slope itself.
+/// Compares the refraction of rays with the integral, from the horizon to near the zenith. The
+/// atmosphere is written as a formula, and as a table of heights every 100 m. Positions are about
+/// 6.4e6 m, so that heights have a resolution of a nanometre, 1e-13 of the scale height. The slope
+/// of a spline is off by h³/24 of the fourth derivative, 8e-8 of the slope itself.
 #[test]
 fn atmospheres_refract_as_the_refraction_integral_says() {
     let [radius, height, contrast] = EARTH;
@@ -381,7 +387,7 @@ fn long_and_deep_formulas_are_refused_or_evaluated() {
     }
     let sum: String = (0..300).map(|i| format!("+{i}*x^{}", i % 7)).collect();
     assert!(with(&sum, Quantity::Index, &[]).n(DVec3::X).is_finite());
-    // Hundreds of different functions take their time, but not much: no cell or piece is bounded for ever.
+    // Hundreds of different functions take a bounded time: bounding one cell or piece must end.
     for coordinate in ["z", "y*z"] {
         let long: String = (0..300)
             .map(|i| format!("+sin({i}*{coordinate})"))
@@ -391,7 +397,7 @@ fn long_and_deep_formulas_are_refused_or_evaluated() {
         assert!(field.prepared(&region()).length_scale(DVec3::ONE) > 0.0);
         assert!(start.elapsed().as_secs() < 20, "{coordinate}");
     }
-    // Sums of products that cannot be shared need a register each only while they wait.
+    // Sums of products that cannot be shared need one register each, only until they are used.
     let nested = (0..40).fold("x".to_owned(), |inner, i| {
         format!("(y*{i} + sin({inner} + z))")
     });
@@ -425,7 +431,7 @@ fn precedence_is_that_of_mathematics() {
     }
 }
 
-/// Formulas of random parts: none panics, and what bounds say of a box holds at points of it.
+/// Formulas of random parts never panic, and their bounds over a box hold at points of it.
 #[test]
 fn random_formulas_keep_their_bounds() {
     const PARTS: [&str; 40] = [

@@ -1,11 +1,14 @@
-//! Connections through sampled fields against those through the closed forms that were sampled.
+//! Connections through sampled fields, compared with connections through the closed forms that were
+//! sampled.
 //!
-//! A tricubic spline through samples a spacing h apart is off by O(h⁴) in n², O(h³) in its gradient
-//! and O(h²) in its Hessian; these are the orders to expect of lengths, directions and Jacobians.
-//! The errors of the derivatives alternate within every cell, so that most rays, which integrate
-//! them over many cells, do better; those that run along a row of cells do not, and they make up the
-//! root mean square. Below all that lies the rounding of the coefficients, kept as f32: 6e-8 of
-//! the contrast of n² in n², times up to 4/h² in the Hessian.
+//! A tricubic spline through samples at spacing h is off by O(h⁴) in n², O(h³) in its gradient and
+//! O(h²) in its Hessian. Lengths, directions and Jacobians should converge at these orders. Errors
+//! of the derivatives alternate within every cell, so that most rays, which integrate them over
+//! many cells, have smaller errors. Rays that run along a row of cells do not, and dominate the
+//! root mean square.
+//!
+//! Rounding of the coefficients to f32 limits all errors from below: 6e-8 of the contrast in n²,
+//! and up to 4/h² times as much in the Hessian.
 
 use glam::DVec3;
 use morgana_eikonal::connect::{ConnectingRay, Unbounded};
@@ -13,7 +16,8 @@ use morgana_eikonal::field::{Acoustic, AcousticMode, Bspline, Gaussian, Luneburg
 use morgana_eikonal::{Aabb, Field, Solver, Tolerance};
 use testkit::{Rng, fit_order};
 
-/// Rays then contribute less than 1e-9 to lengths and directions, 2e-6 to J, of what is measured.
+/// Tolerance of rays. They then contribute less than 1e-9 to the measured errors of lengths and
+/// directions, and 2e-6 to the error of J.
 const TOLERANCE: f64 = 1e-9;
 const PAIRS: usize = 100;
 const SIZES: [usize; 4] = [16, 32, 64, 96];
@@ -45,8 +49,8 @@ fn connect(field: &Field) -> Vec<ConnectingRay> {
     pairs().into_iter().map(&mut ray).collect()
 }
 
-/// Root mean squares over the pairs of the errors of direction (both ends), arc length, optical length and J,
-/// all but the first relative.
+/// Returns root mean squares over the pairs of the errors of direction (at both ends), arc length,
+/// optical length and J. All except the first are relative.
 fn errors(grid: &[ConnectingRay], twin: &[ConnectingRay]) -> [f64; 4] {
     let mut sums = [0.0; 4];
     for (a, b) in grid.iter().zip(twin) {
@@ -61,18 +65,20 @@ fn errors(grid: &[ConnectingRay], twin: &[ConnectingRay]) -> [f64; 4] {
     sums.map(|s| (s / grid.len() as f64).sqrt())
 }
 
-/// Errors at each of `SIZES`.
+/// Returns the errors at each of `SIZES`.
 fn refine(field: &Field) -> [[f64; 4]; 4] {
     let twin = connect(field);
     SIZES.map(|n| errors(&connect(&sampled(field, n)), &twin))
 }
 
-/// Fits orders to all sizes and compares them with the least that is expected, and the errors at the
-/// finest grid with their bounds, which are some three times what they are.
+/// Fits orders of convergence to all sizes and compares them with the smallest expected ones.
+/// Compares the errors on the finest grid with their bounds, which are about three times the
+/// measured errors.
 fn check(field: &Field, finest: [f64; 4]) {
     let table = refine(field);
     let spacings = SIZES.map(|n| 2.0 / (n - 1) as f64);
-    // A quarter less than in the limit h → 0, which 16³ is not.
+    // Allow a quarter less than the asymptotic order, because 16³ samples are not yet in the limit
+    // h → 0.
     for (i, least) in [2.75, 3.75, 3.75, 1.75].into_iter().enumerate() {
         let order = fit_order(&spacings, &table.map(|row| row[i])).order;
         let last = table[SIZES.len() - 1][i];
@@ -99,8 +105,8 @@ fn a_sound_wave_converges() {
 fn a_quadratic_field_is_exact_but_for_rounding() {
     let field = Luneburg::new(1.0, DVec3::ZERO, 1.5).unwrap();
     for (row, n) in refine(&field.into()).iter().zip(SIZES) {
-        // Rounding of δ, 6e-8 of a contrast of one; J has the Hessian, on average over the cells
-        // that a ray passes.
+        // Rounding of δ is 6e-8 of a contrast of one. J depends on the Hessian, averaged over the
+        // cells that a ray passes.
         let per_spacing = (n - 1) as f64 / 2.0;
         assert!(
             row[0] < 3e-8 && row[1] < 1e-9 && row[2] < 3e-9,
@@ -116,7 +122,7 @@ fn a_contrast_of_a_millionth_keeps_its_gradient_to_a_percent() {
     let field = Field::from(Gaussian::new(1.33, delta, DVec3::ZERO, width).unwrap());
     let grid = sampled(&field, 64);
     let mut rng = Rng::new(22);
-    // Of the largest gradient; the spline itself is off by 1e-4 of it.
+    // Errors are relative to the largest gradient; the spline itself is off by 1e-4 of it.
     let scale = 2.0 * 1.33 * delta / width * (-0.5f64).exp();
     for _ in 0..2000 {
         let x = DVec3::from_array(rng.uniform::<3>()) * 1.8 - 0.9;

@@ -1,4 +1,5 @@
-//! Where a grid does not change rays are straight lines, and take a step or two.
+//! Regions of a grid in which the index is constant: rays are straight lines there, and take a step
+//! or two.
 
 use glam::{DAffine3, DQuat, DVec3};
 use morgana_eikonal::field::{Affine, Bspline, Gaussian, Placement, Sum};
@@ -6,7 +7,7 @@ use morgana_eikonal::ray::{Flow, Node, Tangents, perpendicular_basis};
 use morgana_eikonal::{Aabb, Field, Tolerance, Work};
 use testkit::Rng;
 
-/// A bump of radius 0.3 around a place, sampled in the cube of half-width 1; 1.3 elsewhere.
+/// A bump of radius 0.3, sampled in the cube of half-width 1, where the index is 1.3 elsewhere.
 fn bump(center: DVec3, samples: [usize; 3]) -> Field {
     let cube = Aabb::new(DVec3::splat(-1.0), DVec3::ONE);
     let index = |x: DVec3| {
@@ -17,7 +18,7 @@ fn bump(center: DVec3, samples: [usize; 3]) -> Field {
     grid.unwrap().into()
 }
 
-/// The same field, of which is not known where it does not change.
+/// An equal field that does not report where it is constant.
 fn unknown(field: &Field) -> Field {
     let nothing = Gaussian::new(1.3, 0.0, DVec3::ZERO, 1.0).unwrap();
     Sum::new(1.3, vec![field.clone(), nothing.into()])
@@ -37,15 +38,16 @@ pub fn flow(field: &Field, (x, direction): (DVec3, DVec3), sigma: f64) -> (Node<
     (*flow.node(), work)
 }
 
-/// A ray from one point of the cube to another.
+/// Draws a ray from one point of the cube to another.
 fn ray(rng: &mut Rng) -> (DVec3, DVec3) {
     let mut point = || DVec3::from_array([0; 3].map(|_| rng.range(-0.95, 0.95)));
     let (from, to) = (point(), point());
     (from, to - from)
 }
 
-/// The bump in a corner, so that the index of the middle, to which contrasts refer, is that of nearly all
-/// samples; in the middle, so that it is not; turned; with sizes that no block divides.
+/// Rays agree with rays through a field that reports no constant regions. Cases are the bump in a
+/// corner, where the reference index, at the middle, is the index of nearly all samples; the bump
+/// in the middle, where it is not; a rotated field; and sizes that no block divides.
 #[test]
 fn rays_are_those_of_a_field_of_which_nothing_is_known() {
     let corner = bump(DVec3::splat(0.6), [65; 3]);
@@ -65,7 +67,8 @@ fn rays_are_those_of_a_field_of_which_nothing_is_known() {
             assert!(a.x.distance(b.x) < 2e-8, "{} {}", a.x, b.x);
             let columns = |node: &Node<Tangents>| node.variation.dx;
             for (a, b) in columns(&a).into_iter().zip(columns(&b)) {
-                // Steps are chosen for positions; tangents feel the kinks of second derivatives.
+                // The limit for tangents is wider: steps are chosen for positions, but kinks of
+                // second derivatives affect tangents.
                 assert!(a.distance(b) < 1e-5, "{a} {b}");
             }
             fewer += usize::from(2 * work.evaluations < other.evaluations);
@@ -75,7 +78,8 @@ fn rays_are_those_of_a_field_of_which_nothing_is_known() {
     }
 }
 
-/// Coefficients that are taken as equal differ by 2⁻⁴⁰ of 0.05 at most, and gradients by that over a spacing of 1/64.
+/// Coefficients that count as equal differ by at most 2⁻⁴⁰ of 0.05, and gradients by this amount
+/// over a spacing of 1/64.
 #[test]
 fn nothing_changes_where_nothing_is_said_to_change() {
     let mut rng = Rng::new(2);
@@ -96,7 +100,7 @@ fn nothing_changes_where_nothing_is_said_to_change() {
     assert!(homogeneous > 4000, "{homogeneous}");
 }
 
-/// From corner to corner of the part that does not change, which is a step for each cube of blocks on the way.
+/// From corner to corner, a ray takes one step for each cube of blocks in the constant region.
 #[test]
 fn what_does_not_change_is_crossed_in_a_few_steps() {
     let field = bump(DVec3::splat(0.6), [129; 3]);

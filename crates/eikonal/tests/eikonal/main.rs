@@ -1,6 +1,7 @@
-//! Fields, rays and connections, beside closed forms, tables that share no code with them, and finite differences.
+//! Tests of fields, rays and connections, by closed forms, independently computed tables, and
+//! finite differences.
 //!
-//! One program, as linking many takes longer than most of them run.
+//! All tests are one program, because linking many programs takes longer than most tests.
 
 mod adjoint;
 mod branches;

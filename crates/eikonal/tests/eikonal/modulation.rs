@@ -1,5 +1,5 @@
-//! What sound does to phases to first order: amplitudes against fields at instants, integrals along arcs against fine sums, and
-//! displacements. All comparisons are numerical.
+//! First-order phase modulation by sound: amplitudes compared with fields at instants, integrals
+//! along arcs compared with fine sums, and displacements. All comparisons are numerical.
 
 use crate::common::{Random, rigid};
 use glam::{DAffine3, DVec2, DVec3};
@@ -12,7 +12,7 @@ const K: f64 = 6.0;
 const N0: f64 = 1.33;
 const ETA: f64 = 0.32;
 
-/// A wave that turns with the sound: not a standing one, so that both parts of the amplitude count.
+/// A rotating wave, which is not a standing one: both parts of its amplitude matter.
 fn turning(amplitude: f64) -> Field {
     let mode = |phase: f64, time_phase: f64| {
         let mode = AcousticMode::new(amplitude, 2, K, phase).unwrap();
@@ -42,7 +42,7 @@ fn plane(amplitude: f64) -> Field {
     field.with_elasto_optic(ETA).unwrap().into()
 }
 
-/// The field among others, moved, stretched and dispersed.
+/// Adds another field, then moves, stretches and disperses the sum.
 fn wrapped(field: Field) -> Field {
     let bump = Gaussian::new(1.34, 0.1, DVec3::X, 0.8).unwrap();
     let sum = Sum::new(N0, vec![field, bump.into()]).unwrap();
@@ -56,7 +56,8 @@ fn points() -> Vec<DVec3> {
     (0..50).map(|_| random.vector() * 1.4 - 0.7).collect()
 }
 
-/// Half the difference of instants half a period apart is Re(m e^{iωt}) exactly: squares of the amplitude cancel.
+/// Half the difference of the index at instants half a period apart is Re(m e^{iωt}) exactly,
+/// because squares of the amplitude cancel.
 #[test]
 fn amplitudes_are_those_of_the_field_at_instants() {
     for field in [turning(0.01), plane(0.01)] {
@@ -71,7 +72,7 @@ fn amplitudes_are_those_of_the_field_at_instants() {
                     let found = sound.at(x);
                     let [re, im] = found.gradient;
                     let n2 = turn.x * found.n2.x - turn.y * found.n2.y;
-                    // Splines are stored in single precision: 1e-7 of the amplitude of n².
+                    // Splines are stored in single precision, 1e-7 of the amplitude of n².
                     assert!((n2 - 0.5 * (now.0 - then.0)).abs() < 2e-8);
                     let gradient = re * turn.x - im * turn.y;
                     assert!((gradient - 0.5 * (now.1 - then.1)).length() < 1e-6);
@@ -93,7 +94,8 @@ fn fields_without_sound_have_none() {
     assert!(plane(0.01).at_rest().is_constant());
 }
 
-/// Of a plane wave the displacement is ∇n̂/(k²η), in the world's lengths: û = −i n̂/(kη) along it. A coefficient that is not known says so.
+/// The displacement of a plane wave is ∇n̂/(k²η), in world lengths: û = −i n̂/(kη) along its
+/// direction. An unknown coefficient is reported.
 #[test]
 fn displacements_follow_the_gradient_of_pressure() {
     let field = plane(0.01);
@@ -103,10 +105,10 @@ fn displacements_follow_the_gradient_of_pressure() {
         let k = K / stretch;
         for x in points() {
             let found = sound.displacement(x, &sound.at(x));
-            // −i e^{−ikx}.
+            // Expect −i e^{−ikx}.
             let expected = DVec2::from_angle(-k * x.x - FRAC_PI_2) * (0.01 / (k * ETA));
             let error = DVec2::new(found[0].x, found[1].x) - expected;
-            // Splines of 42 samples per wavelength: derivatives were off by 2e-5.
+            // Splines have 42 samples per wavelength; measured errors of derivatives are 2e-5.
             assert!(error.length() < 5e-5 * 0.01 / (k * ETA), "{error}");
         }
     }
@@ -124,7 +126,7 @@ fn plane_without_sign() -> Result<Acoustic, FieldError> {
     field.with_elasto_optic(-ETA)
 }
 
-/// The sum along an arc, by one quadrature where one suffices, and whether it does.
+/// Returns the sum along an arc, and true if one quadrature suffices for it.
 fn along(sound: &Modulation, arc: &Arc, range: [f64; 2]) -> (DVec2, bool) {
     let ends = range.map(|theta| sound.at(arc.position(theta)));
     let found = sound.along(arc, range, &ends);
@@ -141,8 +143,8 @@ fn along(sound: &Modulation, arc: &Arc, range: [f64; 2]) -> (DVec2, bool) {
     (found, quadrature.is_some())
 }
 
-/// White noise, 40 samples to a wavelength: panels are halved where they show it, whoever asks. Half of the sums are good to a thirtieth of it, and
-/// nearly all to a quarter.
+/// White noise of 40 samples per wavelength: the integrator halves panels where it sees noise, in
+/// both interfaces. Half of the sums are accurate to a thirtieth, and nearly all to a quarter.
 #[test]
 fn noise_that_is_finer_than_sound_is_integrated_to_its_order() {
     let mut random = Random(8);
@@ -180,7 +182,8 @@ fn noise_that_is_finer_than_sound_is_integrated_to_its_order() {
     assert!(half < 0.033 && most < 0.25);
 }
 
-/// Along straight and curved arcs, shorter and much longer than a wavelength, against sums of 20 000 terms.
+/// Integrals along straight and curved arcs, shorter and much longer than a wavelength, agree with
+/// sums of 20 000 terms.
 #[test]
 fn integrals_along_arcs_are_those_of_fine_sums() {
     let (mut worst, mut singles) = (0.0_f64, 0);
@@ -201,7 +204,8 @@ fn integrals_along_arcs_are_those_of_fine_sums() {
             let ends = [0.0, to].map(|theta| sound.at(arc.position(theta)));
             let (found, single) = along(&sound, &arc, [0.0, to]);
             singles += u32::from(single);
-            // Tabulated, by shorter panels, it is known up to every place between, less accurately within them.
+            // Tabulate the integral by shorter panels: it is then known at every position between
+            // them, with lower accuracy within panels.
             let mut panels = Vec::new();
             let tabulated = sound.tabulate(&arc, [0.0, to], &ends, |p| panels.push(p));
             let error = (tabulated - found).length() / (0.01 * length * to);
@@ -230,7 +234,8 @@ fn integrals_along_arcs_are_those_of_fine_sums() {
     assert!((1..100).contains(&singles), "{singles}");
 }
 
-/// A wavelength far below the length of an arc is given up, not summed for ever.
+/// The integrator gives up on a wavelength far below the length of an arc instead of summing
+/// without limit.
 #[test]
 fn too_fine_a_sound_is_given_up() {
     let mode = AcousticMode::new(0.01, 0, 1e9, 0.0).unwrap();

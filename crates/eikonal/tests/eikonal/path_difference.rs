@@ -1,4 +1,5 @@
-//! Optical path differences against closed forms, quadratures of the contrast, and lengths of tight rays.
+//! Optical path differences, compared with closed forms, quadratures of the contrast, and lengths
+//! of rays at tight tolerances.
 
 use glam::{DAffine3, DQuat, DVec3};
 use morgana_eikonal::field::{
@@ -9,7 +10,8 @@ use morgana_eikonal::ray::{March, StopCondition, march};
 use morgana_eikonal::{Aabb, PathDifference, Reference, Tolerance, Work};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-/// The optical path difference of a ray of a length against an index, and its end.
+/// Returns the optical path difference of a ray of a given length against a constant index, the end
+/// of the ray, and the work.
 fn difference(
     field: &Field,
     n_ref: f64,
@@ -35,7 +37,8 @@ fn difference(
     (difference.so_far().unwrap(), end, work)
 }
 
-/// A column along y of Gaussian profile, width 0.2, around the z axis of [−1, 1]², sampled 96 times along x and z.
+/// Width of a column with a Gaussian profile around the y axis, sampled 96 times along x and z of
+/// [−1, 1].
 const WIDTH: f64 = 0.2;
 fn column(delta: f64) -> Field {
     let index = |x: DVec3| 1.0 + delta * bump(x.x.hypot(x.z));
@@ -49,7 +52,8 @@ fn bump(r: f64) -> f64 {
     (-0.5 * (r / WIDTH).powi(2)).exp()
 }
 
-/// ∫ (n − 1) dz over [−1, 1] along a straight line, by a fine quadrature of the field itself.
+/// Returns ∫ (n − 1) dz over [−1, 1] along a straight line, by a fine quadrature of the field
+/// itself.
 fn straight(field: &Field, x: f64) -> f64 {
     let n = 9_500;
     let at = |i: i32| DVec3::new(x, 0.0, (2.0 * f64::from(i) + 1.0) / f64::from(n) - 1.0);
@@ -62,8 +66,8 @@ fn straight(field: &Field, x: f64) -> f64 {
 
 const DEFAULT: f64 = 1e-6;
 
-/// To first order in the contrast the difference is the contrast's integral along a straight line; from the default
-/// tolerance of positions to the loosest.
+/// To first order in the contrast, the path difference is the integral of the contrast along a
+/// straight line. This holds at tolerances of positions from the default to the loosest.
 #[test]
 fn weak_columns_have_the_integral_of_their_contrast() {
     for delta in [1e-6, 1e-7, 1e-8, 1e-10] {
@@ -77,7 +81,7 @@ fn weak_columns_have_the_integral_of_their_contrast() {
                 let (value, ..) = difference(&field, 1.0, start, 2.0, tolerance);
                 let error = (value - expected).abs();
                 assert!(error < 2e-5 * peak, "{delta} {tolerance} {x}: {error}");
-                // The spline differs from the Gaussian by its own error.
+                // The spline differs from the Gaussian by its own interpolation error.
                 let error = (value - peak * bump(x)).abs();
                 assert!(error < 1e-4 * peak, "{delta} {tolerance} {x}: {error}");
             }
@@ -85,7 +89,8 @@ fn weak_columns_have_the_integral_of_their_contrast() {
     }
 }
 
-/// Stronger ones against a ray that is tight enough for its length to be compared with that of the chord.
+/// Stronger contrasts: the path difference agrees with a ray at a tight tolerance, for which it is
+/// the optical length minus the length of the chord.
 #[test]
 fn differences_are_those_of_tight_lengths() {
     for delta in [1e-3, 1e-4] {
@@ -101,7 +106,7 @@ fn differences_are_those_of_tight_lengths() {
     }
 }
 
-/// S − n_r c of strong fields of all kinds, against any index of reference.
+/// Tests S − n_r c in strong fields of all types, against any reference index.
 #[test]
 fn the_identity_holds_for_every_field() {
     let bump = |at| Gaussian::new(1.3, 0.1, at, 0.3).unwrap();
@@ -141,8 +146,8 @@ fn the_identity_holds_for_every_field() {
     }
 }
 
-/// From the plane that touches a Luneburg lens to its far pole all rays are (1 + π/2)R long. The error is of second order
-/// in that of the path.
+/// All rays from the plane that touches a Luneburg lens to its far pole have the optical length (1
+/// + π/2)R. The error is of second order in the error of the path.
 #[test]
 fn luneburg_lens() {
     let field: Field = Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap().into();
@@ -167,7 +172,8 @@ fn luneburg_lens() {
                     end = step.at(theta).0;
                 },
             );
-            // The ray's own end is off the pole, by which the length changes along its direction there.
+            // Correct for the end of the ray, which is off the pole: the length changes along the
+            // direction there.
             let ray = difference.so_far().unwrap() + end.distance(entry);
             let towards = DVec3::new(-b, 0.0, (1.0 - b * b).sqrt());
             let error = ray - (end - pole).dot(towards) - (1.0 + FRAC_PI_2 - plane);
@@ -176,7 +182,8 @@ fn luneburg_lens() {
     }
 }
 
-/// Of a radial profile it is the Abel transform: of (1 + r²/a²)⁻² within a ball of radius 1, that of a closed form.
+/// The path difference of a radial profile is its Abel transform. It has a closed form for (1 +
+/// r²/a²)⁻² within a ball of radius 1.
 #[test]
 fn a_radial_profile_has_its_abel_transform() {
     let (delta, a2) = (1e-7, 0.09);
@@ -195,7 +202,8 @@ fn a_radial_profile_has_its_abel_transform() {
     }
 }
 
-/// Features of few samples are not missed, wherever they lie within the steps of a ray, which span the grid.
+/// Features of a few samples are not missed, wherever they lie within the steps of a ray, which are
+/// as long as the grid.
 #[test]
 fn nothing_is_narrower_than_a_sample() {
     let bounds = Aabb::new(DVec3::splat(-1.0), DVec3::ONE);
@@ -211,7 +219,7 @@ fn nothing_is_narrower_than_a_sample() {
                 0.0 => 0.0,
                 w => (-0.5 * (away / w).powi(2)).exp(),
             };
-            // A slope, so that nothing is skipped.
+            // Add a slope, so that no region is skipped as constant.
             1.0 + delta * (bump + 1e-3 * f64::from(i))
         };
         let samples: Vec<f64> = (0..96).map(sample).collect();
@@ -227,7 +235,8 @@ fn nothing_is_narrower_than_a_sample() {
     }
 }
 
-/// The work is in proportion to the samples that the ray passes, and the pieces of arcs add up.
+/// The work is proportional to the number of samples that the ray passes, and pieces of arcs add
+/// up.
 #[test]
 fn work_and_pieces() {
     let field = column(1e-6);
@@ -253,7 +262,8 @@ fn work_and_pieces() {
     assert!((pieces.so_far().unwrap() - whole).abs() < 1e-6 * whole);
 }
 
-/// Two passes, with a mirror between, are twice as much: the reference is reflected, too.
+/// Two passes with a mirror between them double the difference, because the reference is reflected,
+/// too.
 #[test]
 fn reflection() {
     let field = column(1e-6);

@@ -1,4 +1,5 @@
-//! Optical path differences against a field: closed forms, first-order integrals, and lengths of tight rays.
+//! Optical path differences against a reference field: closed forms, first-order integrals, and
+//! lengths of rays at tight tolerances.
 
 use glam::DVec3;
 use morgana_eikonal::budget::EVALUATIONS_PER_DIFFERENCE;
@@ -17,7 +18,8 @@ fn direction() -> DVec3 {
     DVec3::new(0.1, -0.05, 1.0).normalize()
 }
 
-/// The optical path difference of the ray from [`X`] of length [`LENGTH`], and where it ends.
+/// Returns the optical path difference of the ray from [`X`] of length [`LENGTH`], and the end of
+/// the ray.
 fn difference(field: &Field, reference: Reference<'_>, tolerance: f64) -> (f64, March) {
     let mut difference = PathDifference::new(reference, direction());
     let mut work = Work::default();
@@ -49,7 +51,7 @@ fn lens(peak: f64) -> Field {
         .into()
 }
 
-/// What bends rays, and the same with a weak bump beside the ray.
+/// Adds a weak bump beside the ray to a field that bends rays.
 fn perturbed(base: &Field, delta: f64) -> Field {
     let bump = Gaussian::new(1.0, delta, DVec3::new(0.3, 0.1, 0.0), 0.2).unwrap();
     Sum::new(1.0, vec![base.clone(), bump.into()])
@@ -68,7 +70,7 @@ fn a_ray_of_the_reference_has_no_difference() {
     }
 }
 
-/// A field of the same index everywhere is that index.
+/// A reference field of constant index gives the result of this index.
 #[test]
 fn constant_fields_are_constant_indices() {
     let unit: Field = Constant::new(1.2).into();
@@ -83,8 +85,9 @@ fn constant_fields_are_constant_indices() {
     assert!((value / straight - 1.0).abs() < 1e-6, "{value} {straight}");
 }
 
-/// Optical length between points of a rod n² = n0²(1 − g²r²), a harmonic oscillator: the action
-/// ½n0²σ + d²/(2σ) + a/(2 sin aσ) [(x² + y²) cos aσ − 2x·y], a = n0 g, at the σ where it is stationary.
+/// Optical length between points of a rod n² = n0²(1 − g²r²), a harmonic oscillator. It is the
+/// action ½n0²σ + d²/(2σ) + a/(2 sin aσ) [(x² + y²) cos aσ − 2x·y], a = n0 g, at the σ where it is
+/// stationary.
 fn rod_length(gradient: f64, x: DVec3, y: DVec3) -> f64 {
     let (n0, a) = (1.5, 1.5 * gradient);
     let d = y.z - x.z;
@@ -108,7 +111,8 @@ fn rod_length(gradient: f64, x: DVec3, y: DVec3) -> f64 {
     0.5 * n0 * n0 * low + 0.5 * d * d / low + 0.5 * a * (squares * cos - 2.0 * product) / sin
 }
 
-/// From contrasts of 0.1 down to where the difference of the two closed forms is rounding; at any tolerance.
+/// Contrasts range from 0.1 down to where the difference of the two closed forms is rounding. The
+/// test holds at any tolerance.
 #[test]
 fn rods_of_other_strength_have_a_closed_form() {
     for change in [0.2, 1e-2, 1e-3, 1e-5] {
@@ -126,7 +130,8 @@ fn rods_of_other_strength_have_a_closed_form() {
     }
 }
 
-/// To first order it is the contrast's integral along a ray of either field, however strongly that one bends it.
+/// To first order, the difference is the integral of the contrast along a ray of either field,
+/// however strongly that field bends it.
 #[test]
 fn weak_bumps_have_the_integral_of_their_contrast() {
     for base in [rod(0.6), lens(0.2)] {
@@ -148,13 +153,14 @@ fn weak_bumps_have_the_integral_of_their_contrast() {
                     let n = 400;
                     for i in 0..n {
                         let theta = end * (f64::from(i) + 0.5) / f64::from(n);
-                        // Squares of indices add, so that the contrast is the bump over n, and ds = n dσ.
+                        // Squares of indices add, so that the contrast is the bump over n, and ds =
+                        // n dσ.
                         expected +=
                             bump(step.arc.position(theta)) * step.arc.h() * end / f64::from(n);
                     }
                 },
             );
-            // The ray is off by its tolerance, which counts squared, times its length.
+            // The error of the ray, its tolerance, enters squared, times the length.
             let allowed = (1e-5 + 2.0 * delta) * expected + DEFAULT * DEFAULT;
             let error = (value - expected).abs();
             assert!(error < allowed, "{delta}: {value} {expected}");
@@ -162,7 +168,8 @@ fn weak_bumps_have_the_integral_of_their_contrast() {
     }
 }
 
-/// A reference whose rays go another way: lengths of tight rays, subtracted.
+/// For a reference whose rays take another path, the result agrees with the difference of two
+/// lengths at tight tolerances.
 #[test]
 fn strong_contrasts_have_the_difference_of_tight_lengths() {
     let pairs = [
@@ -179,7 +186,7 @@ fn strong_contrasts_have_the_difference_of_tight_lengths() {
     }
 }
 
-/// Features of the reference are seen where the ray itself is straight and has one step.
+/// Features of the reference are detected although the ray itself is straight and has one step.
 #[test]
 fn features_of_the_reference_are_not_missed() {
     let unit: Field = Constant::new(1.0).into();
@@ -196,12 +203,12 @@ fn features_of_the_reference_are_not_missed() {
     }
 }
 
-/// Where the contrast fades into rounding, nothing is to be resolved.
+/// Integration does not refine further once the contrast falls below rounding.
 #[test]
 fn rounding_takes_no_work() {
     for base in [rod(0.6), lens(0.2)] {
         let field = perturbed(&base, 1e-5);
-        // Widths from the bump at first.
+        // Start a few widths from the bump.
         let (x, toward) = (DVec3::new(-0.8, 1.2, -0.9), DVec3::Z);
         let mut difference = PathDifference::new(Reference::Field(&base), toward);
         let mut work = Work::default();
@@ -215,7 +222,7 @@ fn rounding_takes_no_work() {
     }
 }
 
-/// Structure that takes more than its share of work is given up, and it is said.
+/// Integration gives up structure that exceeds the budget of work, and reports it.
 #[test]
 fn work_is_bounded() {
     let unit: Field = Constant::new(1.0).into();
@@ -230,14 +237,14 @@ fn work_is_bounded() {
     assert!(work.evaluations < 2 * EVALUATIONS_PER_DIFFERENCE);
 }
 
-/// What no ray of the reference reaches has no difference.
+/// If no ray of the reference reaches the end, the difference is not a number.
 #[test]
 fn without_a_reference_ray_it_is_not_a_number() {
     let unit: Field = Constant::new(1.0).into();
     let x2 = LinearIndex::new(1.0, DVec3::new(0.0, 0.0, 0.0), DVec3::ZERO).unwrap();
     let (value, _) = against(&unit, &x2.into(), DEFAULT);
     assert!(value.abs() < 1e-12);
-    // A mirage: rays that start level are bent upwards, and none comes back below.
+    // A mirage bends rays that start horizontally upwards; none comes back below.
     let steep = LinearIndex::new(1.0, DVec3::new(0.0, 0.0, -0.9), X).unwrap();
     let (value, _) = against(&unit, &steep.into(), DEFAULT);
     assert!(value.is_nan(), "{value}");

@@ -1,6 +1,8 @@
-//! The error of each quantity of a ray at a tolerance: the table in docs/theory.md#error-control.
+//! Error of each quantity of a ray at a tolerance: checks the table in
+//! docs/theory.md#error-control.
 //!
-//! Rays of 1.8 scene units through fields of all strengths, against the same at a tolerance of 1e-12.
+//! Rays of 1.8 scene units through fields of all strengths are compared with rays at a tolerance of
+//! 1e-12.
 
 use crate::common::Random;
 use glam::DVec3;
@@ -54,7 +56,7 @@ fn gaussian(delta: f64) -> Field {
         .into()
 }
 
-/// Two waves of sound, 3 and 4 wavelengths in a unit, about an axis.
+/// Two sound waves about an axis, of 3 and 4 wavelengths per unit.
 fn sound(delta: f64, axis: DVec3) -> Field {
     let modes = [(0, 25.0), (2, 20.0)].map(|(order, k)| {
         let share = if order == 0 { 0.7 } else { 0.3 };
@@ -66,7 +68,7 @@ fn sound(delta: f64, axis: DVec3) -> Field {
         .into()
 }
 
-/// Samples that lie so closely along z that rounding hides their fourth differences.
+/// Samples so close along z that rounding hides their fourth differences.
 fn fine_grid() -> Field {
     let bounds = Aabb::new(DVec3::splat(-1.5), DVec3::splat(1.5));
     let index = |x: DVec3| N_REF + 0.05 * (6.0 * x.z).cos() * (2.0 * x.x + x.y).sin();
@@ -74,7 +76,7 @@ fn fine_grid() -> Field {
     grid.unwrap().into()
 }
 
-/// With the largest contrast on the way.
+/// Fields, each with the largest contrast along the rays.
 fn fields() -> Vec<(Field, f64)> {
     let bump = |at: DVec3| Gaussian::new(N_REF, 0.05, at, 0.15).unwrap().into();
     let places = [0.0_f64, 0.3, 0.6, 0.9].map(|z| bump(DVec3::new(0.2 * (7.0 * z).sin(), 0.1, z)));
@@ -103,7 +105,8 @@ fn fields() -> Vec<(Field, f64)> {
     ]
 }
 
-/// Splines whose samples change much from one to the next: a table of 13 along z, and turbulence of 30³ samples.
+/// Splines whose samples change strongly from one to the next: a table of 13 samples along z, and
+/// turbulence of 30³ samples.
 fn rough_fields() -> Vec<(Field, f64)> {
     let index = |z: f64| 1.35 + 0.02 * (1.3 * z).sin() + 0.01 * z;
     let table = (0..13).map(|i| 0.5 * f64::from(i) - 3.0);
@@ -136,14 +139,16 @@ fn everywhere() -> Vec<[DVec3; 2]> {
     (0..200).map(|_| ray()).collect()
 }
 
-/// Largest errors of position, direction, optical length, path difference and J in fields, each with its largest contrast.
+/// Returns the largest errors of position, direction, optical length, path difference and J in
+/// fields, each given with its largest contrast.
 fn errors(fields: &[(Field, f64)], rays: &[[DVec3; 2]], tolerance: f64) -> [f64; 5] {
     let mut most = [0.0f64; 5];
     for (field, contrast) in fields {
         for &[start, toward] in rays {
             let exact = follow(field, (start, toward), 1e-12);
             let found = follow(field, (start, toward), tolerance);
-            // That of the found end differs by the way to it, along which the optical length is not stationary.
+            // Correct the path difference for the displaced end, along which the optical length is
+            // not stationary.
             let chord = (exact.x - start).normalize();
             let turned = field.n(exact.x) * exact.direction - N_REF * chord;
             let moved = (found.x - exact.x).dot(turned);
@@ -162,14 +167,16 @@ fn errors(fields: &[(Field, f64)], rays: &[[DVec3; 2]], tolerance: f64) -> [f64;
     most
 }
 
-/// A tolerance, and what the manual says of the errors of position, direction, optical length, path difference and J.
+/// Tolerances, and the errors of position, direction, optical length, path difference and J that
+/// the manual states.
 const MANUAL: [(f64, [f64; 5]); 3] = [
     (1e-4, [1e-4, 3e-4, 5e-4, 5e-6, 3e-4]),
     (1e-6, [1e-6, 1e-6, 1e-6, 1e-7, 1e-5]),
     (1e-8, [1e-8, 5e-8, 1e-7, 1e-7, 3e-6]),
 ];
 
-/// A tolerance, and errors that the manual states for splines of rough samples; none for the Jacobian.
+/// Tolerances, and the errors that the manual states for splines of rough samples; it states none
+/// for the Jacobian.
 const ROUGH: [(f64, [f64; 4]); 2] = [
     (1e-6, [5e-6, 7e-6, 2e-5, 1e-7]),
     (1e-8, [2e-7, 3e-7, 5e-7, 1e-7]),
@@ -187,7 +194,7 @@ fn quantities_are_as_good_as_the_manual_says() {
 fn rough_samples_cost_what_the_manual_says() {
     let fields = rough_fields();
     for (tolerance, manual) in ROUGH {
-        // Rays stay within the table wherever they go, and within the grid along z.
+        // In any direction rays stay within the table; along z they stay within the grid.
         for (field, rays) in fields.chunks(1).zip([everywhere(), along_z()]) {
             let found = errors(field, &rays, tolerance);
             println!("{tolerance:e}: {found:?}");

@@ -1,4 +1,5 @@
-//! Rays against closed forms, and the structure that every ray must keep (docs/theory.md#rays).
+//! Rays, compared with closed forms and with invariants that every ray must keep
+//! (docs/theory.md#rays).
 
 use glam::DVec3;
 use morgana_eikonal::field::{
@@ -35,7 +36,7 @@ fn steps(field: &Field, mut node: Node<Tangents>, h: f64, n: usize) -> Node<Tang
     node
 }
 
-/// Flows over a span of σ with error control.
+/// Traces a ray over a span of σ with error control.
 fn flow(field: &Field, node: Node<Tangents>, sigma: f64, tolerance: f64) -> Node<Tangents> {
     let mut flow = Flow::new(field, node, Tolerance::new(tolerance));
     let mut work = Work::default();
@@ -52,7 +53,7 @@ fn luneburg_focuses_a_parallel_beam_at_the_far_pole() {
     for impact in [0.0, 0.1, 0.4, 0.7, 0.95] {
         let x = DVec3::new(impact, 0.0, -(1.0f64 - impact * impact).sqrt());
         let node = start_node(&field, x, DVec3::Z);
-        // x(σ) = x₀ cos σ + v₀ sin σ: a quarter period on, the ray is at v₀.
+        // x(σ) = x₀ cos σ + v₀ sin σ: after a quarter period the ray is at v₀.
         let end = flow(&field, node, PI / 2.0, TIGHT);
         let exact = node.v;
         assert!(
@@ -60,7 +61,7 @@ fn luneburg_focuses_a_parallel_beam_at_the_far_pole() {
             "impact {impact}: {}",
             end.x.distance(exact)
         );
-        // The far pole is on every ray.
+        // Every ray passes the far pole.
         let far = march(
             &field,
             x,
@@ -105,7 +106,7 @@ fn selfoc_rays_return_after_one_pitch() {
     let period = 2.0 * PI / (n0 * alpha);
     let end = flow(&field, start_node(&field, x, DVec3::Z), period, TIGHT);
     assert!((end.x.x - 0.6).abs() < 1e-8 && end.x.y.abs() < 1e-12);
-    // Reference: 9.191508 for a start at 0.6, n(x₀)·2π/√0.9 in closed form.
+    // Reference: 9.191508 for a start at 0.6, in closed form n(x₀)·2π/√0.9.
     assert!((end.x.z - field.n(x) * period).abs() < 1e-8);
     assert!((end.x.z - 9.19150769315485).abs() < 1e-8);
 }
@@ -146,8 +147,8 @@ fn fisheye_rays_meet_at_the_conjugate_point() {
             optical += length;
             farthest = farthest.max(step.end.x.length());
         };
-        // Rays are circles no wider than 1 + r. They make an error of TIGHT per unit length, and some
-        // pass distant points where n is small, from which errors grow by up to 1 + r² on the way.
+        // Rays are circles no wider than 1 + r. Their error is TIGHT per unit length. Some rays
+        // pass distant points where n is small, from which errors grow by up to 1 + r².
         let allowed = TIGHT * PI * (1.0 + farthest) * (1.0 + farthest * farthest);
         assert!(
             end.0.distance(image) < allowed,
@@ -185,8 +186,8 @@ fn the_scheme_converges_at_fourth_order() {
 
 #[test]
 fn the_error_control_keeps_the_tolerance() {
-    // Position error per unit length, times the growth of the tangents over the way: within a factor
-    // ten of the tolerance, and it follows it.
+    // Position error per unit length, times the growth of the tangents along the ray. It is within
+    // a factor of ten of the tolerance, and scales with it.
     for field in [gaussian(), acoustic()] {
         let node = start_node(
             &field,
@@ -291,7 +292,8 @@ fn a_constant_field_costs_one_straight_step() {
     assert!((step.end.x.x - 13.3).abs() < 1e-12);
 }
 
-/// A march that no scene has checked the index of has not stopped where it should.
+/// A march through an invalid index, which no scene has checked, does not report that it stopped
+/// where it should.
 #[test]
 fn there_are_no_rays_where_the_index_is_none() {
     let stop = StopCondition::ArcLength(1.0);
@@ -324,7 +326,7 @@ fn marches_stop_where_they_should() {
     let by_length = run(&StopCondition::ArcLength(1.7));
     assert!(by_length.stopped && (by_length.arc_length - 1.7).abs() < 1e-12);
 
-    // τ = ∫(1 + x²) ds along the ray, inverted: the length reached gives the depth back.
+    // τ = ∫(1 + x²) ds along the ray, inverted: the length reached reproduces the depth.
     let extinction = |x: DVec3| 1.0 + x.x * x.x;
     let by_depth = run(&StopCondition::OpticalDepth {
         depth: 1.1,
@@ -348,7 +350,7 @@ fn marches_stop_where_they_should() {
     );
     assert!((depth - 1.1).abs() < 1e-6, "{depth}");
 
-    // A plane, found on the arc.
+    // Find a plane on the arc.
     let plane = |arc: &morgana_eikonal::ray::Arc| {
         let (a, b) = (arc.start().x - 0.3, arc.end().x - 0.3);
         (a < 0.0 && b >= 0.0).then(|| {
@@ -371,7 +373,7 @@ fn marches_stop_where_they_should() {
     let nearest = run(&StopCondition::ClosestApproach(y));
     assert!((nearest.x - y).dot(nearest.v).abs() < 1e-9);
 
-    // Out of range: the limit ends it.
+    // The plane is out of range, so the limit ends the march.
     let limited = march(
         &field,
         x,
@@ -384,7 +386,8 @@ fn marches_stop_where_they_should() {
     assert!(!limited.stopped && (limited.arc_length - 2.0).abs() < 1e-12);
 }
 
-/// Rays that begin by leaving a point come back to it through a fisheye, and never where the index is constant.
+/// A closest approach is never the start itself: rays come back to their start in a fisheye, and
+/// never where the index is constant.
 #[test]
 fn closest_approaches_are_not_the_start() {
     let tolerance = Tolerance::new(1e-9);
@@ -406,7 +409,8 @@ fn closest_approaches_are_not_the_start() {
         assert!(!end.stopped && (end.arc_length - 20.0).abs() < 1e-12, "{y}");
     }
     assert!(nearest(&air, DVec3::X * 3.0, DVec3::X).stopped);
-    // A circle of radius 1, on which the ray is nearest to the point when it is back, or has all but come round.
+    // On a circle of radius 1, the ray is nearest to the point after a full turn, or just before
+    // it.
     let fisheye = Fisheye::new(1.5, DVec3::ZERO, 1.0).unwrap().into();
     for turned in [1.9 * PI, 2.0 * PI] {
         let y = DVec3::new(turned.cos(), turned.sin(), 0.0);
@@ -418,7 +422,7 @@ fn closest_approaches_are_not_the_start() {
     }
 }
 
-/// An extinction that is not a number is no depth at which rays stop.
+/// A march does not stop at an optical depth if the extinction is not a number.
 #[test]
 fn depths_that_are_not_a_number_stop_no_ray() {
     for depth in [0.5, f64::NAN] {
@@ -446,7 +450,7 @@ fn depths_that_are_not_a_number_stop_no_ray() {
     }
 }
 
-/// Limits that are none, directions of any length, and events that never happen.
+/// Marches end for invalid limits, directions of any length, and events that never occur.
 #[test]
 fn marches_end() {
     let tolerance = Tolerance::default();
@@ -476,7 +480,7 @@ fn marches_end() {
         }
         assert!(!go(10.0, DVec3::ZERO).stopped);
     }
-    // A ray that circles in a fisheye never gets to a surface.
+    // A ray that circles in a fisheye never reaches a surface.
     let fisheye = Fisheye::new(1.5, DVec3::ZERO, 1.0).unwrap().into();
     let never = StopCondition::Surface(&|_| None);
     let found = march(

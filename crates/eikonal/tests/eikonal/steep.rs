@@ -1,5 +1,6 @@
-//! Grids whose index steps from 1.3 to 1 within one cell: a flat step, and a ball of voxels. The oracles are conservation laws: across a flat
-//! step the velocity along it is kept (Snell), and every ray that is found ends where it should.
+//! Grids whose index steps from 1.3 to 1 within one cell: a flat step, and a ball of voxels. The
+//! oracles are conservation laws: the velocity along a flat step is conserved (Snell), and every
+//! ray that is found ends at its target.
 
 use glam::DVec3;
 use morgana_eikonal::connect::{RayFamily, Unbounded};
@@ -9,7 +10,7 @@ use morgana_eikonal::{Aabb, ConnectingRay, Failure, Field, Solver, Tolerance, Wo
 
 /// Samples along each axis of [−1, 1]³.
 const SIZE: usize = 48;
-/// Pairs of points that are connected.
+/// Number of pairs of points to connect.
 const PAIRS: usize = 200;
 
 fn grid(index: impl Fn(DVec3) -> f64) -> Field {
@@ -37,7 +38,7 @@ fn point(set: usize, i: usize) -> DVec3 {
     1.8 * DVec3::from_array(place) - 0.9
 }
 
-/// Steps of rays for each two units of length, repeated ones included.
+/// Returns the number of steps of rays per two units of length, including rejected steps.
 fn steps(field: &Field, tolerance: Tolerance) -> f64 {
     let (mut work, mut length) = (Work::default(), 0.0);
     for i in 0..100 {
@@ -51,7 +52,8 @@ fn steps(field: &Field, tolerance: Tolerance) -> f64 {
     2.0 * (work.steps + work.rejected) as f64 / length
 }
 
-/// Not the thousands that they took when coefficients of the spline, which swing far more widely than samples, stood for these.
+/// Rays cross a step of the index in about a hundred steps. Length scales from spline coefficients
+/// instead of samples would give thousands, because coefficients swing far more widely.
 #[test]
 fn rays_cross_a_step_in_some_hundred_steps() {
     let tolerance = Tolerance::default();
@@ -68,7 +70,7 @@ fn rays_cross_a_step_in_some_hundred_steps() {
     }
 }
 
-/// The share of pairs that are not connected; `check` sees the rays of the others.
+/// Returns the fraction of pairs that are not connected. Calls `check` with the rays of the others.
 fn failures(field: &Field, check: impl Fn([DVec3; 2], &ConnectingRay)) -> f64 {
     let tolerance = Tolerance::new(1e-5);
     let mut solver = Solver::new(tolerance);
@@ -87,7 +89,7 @@ fn failures(field: &Field, check: impl Fn([DVec3; 2], &ConnectingRay)) -> f64 {
                     tolerance,
                     |_, _| {},
                 );
-                // Rays of narrow tubes leave the direction more digits than it has.
+                // In narrow ray tubes the direction would need more digits than it has.
                 let allowed = 1e-3 * (1.0 + ray.jacobian.sqrt());
                 assert!(end.x.distance(y) < allowed, "{x} {y} {ray:?} {}", end.x);
                 check([x, y], &ray);
@@ -101,8 +103,8 @@ fn failures(field: &Field, check: impl Fn([DVec3; 2], &ConnectingRay)) -> f64 {
     f64::from(failed) / PAIRS as f64
 }
 
-/// Where shooting along the chord does not get to the target, the shortest path does: without it 27 % of these pairs fail. Those that are
-/// left lie on both sides of the step and far apart.
+/// The shortest path connects points that shooting along the chord does not: without it 27 % of
+/// these pairs fail. The remaining failures are pairs on both sides of the step and far apart.
 #[test]
 fn points_across_a_flat_step_are_connected() {
     let field = flat();
@@ -121,7 +123,7 @@ fn points_around_a_ball_of_voxels_are_connected() {
     assert!(failed < 0.28, "{failed}");
 }
 
-/// From a plane, too.
+/// Connections to a plane behind a flat step succeed, too.
 #[test]
 fn points_behind_a_flat_step_are_connected_to_planes() {
     let field = flat();

@@ -1,9 +1,9 @@
-//! The work that fixed rays and connections take: a slow-down fails here, on any machine, without a
+//! Work of fixed rays and connections: the test detects a slow-down on any machine, without a
 //! clock.
 //!
-//! **To update** after a change that is meant to alter the work: run
-//! `cargo test -p morgana-eikonal --test eikonal work_counters`, check that every change in the printed tables is an
-//! improvement or worth it, and paste them over the constants.
+//! **To update** after a change that is meant to alter the work: run `cargo test -p morgana-eikonal
+//! --test eikonal work_counters`, check that every change in the printed tables is an improvement
+//! or worth its cost, and paste the tables over the constants.
 
 use glam::DVec3;
 use morgana_eikonal::connect::Unbounded;
@@ -14,12 +14,13 @@ use morgana_eikonal::ray::{Flow, Node, Tangents, perpendicular_basis};
 use morgana_eikonal::{Aabb, Field, Solver, Tolerance, Work};
 use testkit::Rng;
 
-/// Sums over `RAYS` of the work at one tolerance: steps, rejected steps, evaluations, shots.
+/// Name, tolerance, and sums over `RAYS` of the work: steps, rejected steps, evaluations, rays
+/// traced.
 type Row = (&'static str, f64, [u64; 4]);
 
-/// Counts may differ by this fraction (and by two): the arithmetic is IEEE's everywhere, but exp,
-/// sin and cos come from the platform's library, and a last bit that differs can turn a step that
-/// is just accepted into one that is rejected. Work that grows by less is no news.
+/// Fraction by which counts may differ, plus two. The arithmetic is IEEE's everywhere, but exp, sin
+/// and cos come from the platform's library. A different last bit can turn a step that is just
+/// accepted into one that is rejected. Work that grows by less does not count as a slow-down.
 const BAND: f64 = 0.02;
 
 const RAYS: usize = 100;
@@ -86,7 +87,8 @@ fn pairs() -> Vec<[DVec3; 2]> {
     (0..RAYS).map(|_| [point(), point()]).collect()
 }
 
-/// A ray with tangents over a span of σ that straight rays would take to the other point.
+/// Traces a ray with tangents over the span of σ in which a straight ray would reach the other
+/// point.
 fn march(field: &Field, [x, y]: [DVec3; 2], tolerance: Tolerance, work: &mut Work) {
     let direction = (y - x).normalize();
     let n = field.n(x);
@@ -114,7 +116,7 @@ fn connections(field: &Field, tolerance: Tolerance) -> Work {
     solver.work
 }
 
-/// Measures all fields and tolerances, prints the table as it is to be pasted, and compares.
+/// Measures all fields and tolerances, prints the table in the form of the constants, and compares.
 fn check(name: &str, measure: impl Fn(&Field, Tolerance) -> Work, expected: &[Row]) {
     let mut measured: Vec<Row> = Vec::new();
     for (field_name, field) in fields() {

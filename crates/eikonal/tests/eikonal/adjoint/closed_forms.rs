@@ -1,10 +1,10 @@
-//! Against closed forms.
+//! Derivatives of rays against closed forms.
 
 use super::*;
 use morgana_eikonal::connect::Unbounded;
 use morgana_eikonal::field::Selfoc;
 
-/// Derivatives of one component of a ray's end by the parameters of a field.
+/// Derivatives of one component of a ray's end with respect to the parameters of a field.
 fn by_parameters(
     field: &Field,
     receiver: Receiver,
@@ -19,7 +19,8 @@ fn by_parameters(
     sum.values
 }
 
-/// A weak bump Δ exp(−r²/2w²) turns a ray at the distance b from its centre by −√(2π) Δ (b/w) exp(−b²/2w²), to first order in Δ.
+/// A weak bump Δ exp(−r²/2w²) deflects a ray at distance b from its centre by −√(2π) Δ (b/w)
+/// exp(−b²/2w²), to first order in Δ.
 #[test]
 fn deflection_by_a_weak_gaussian() {
     let (b, w) = (0.4, 0.5);
@@ -41,7 +42,8 @@ fn deflection_by_a_weak_gaussian() {
         "{} {expected}",
         found[1]
     );
-    // By the optical length: ∫exp(−r²/2w²) ds. Steps are chosen for positions, to which a weak bump matters little.
+    // The optical length changes by ∫exp(−r²/2w²) ds per Δ. The limit is wider here: steps are
+    // chosen for positions, on which a weak bump has little effect.
     let length = |_: &RayEnd| EndDerivative {
         optical_length: 1.0,
         ..EndDerivative::default()
@@ -83,6 +85,6 @@ fn pitch_of_a_graded_rod() {
         "{} {expected}",
         found[1]
     );
-    // The index on the axis does not matter.
+    // The index on the axis has no effect.
     assert!(found[0].abs() < 1e-9, "{}", found[0]);
 }

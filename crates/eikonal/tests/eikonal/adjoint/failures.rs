@@ -4,7 +4,7 @@ use super::*;
 use morgana_eikonal::connect::Unbounded;
 use morgana_eikonal::field::{Constant, Selfoc};
 
-/// Why rays do not come through a sequence.
+/// Reasons why rays do not pass a sequence of surfaces.
 #[test]
 fn rays_that_do_not_come_through() {
     let ball = Quadric {
@@ -31,7 +31,7 @@ fn rays_that_do_not_come_through() {
         follow(&both, &glass, along(1.5)),
         Err(RayFailure::MissedSurface)
     );
-    // From within, beyond the critical angle.
+    // From inside the ball, beyond the critical angle.
     let inside = [0.9, 0.0, 0.0, 0.0, 0.0, 1.0];
     assert_eq!(
         follow(&both[..1], &glass[1..], inside),
@@ -43,7 +43,8 @@ fn rays_that_do_not_come_through() {
         follow(&[stop], &glass[..1], along(0.4)),
         Err(RayFailure::Stopped)
     );
-    // A conic is the sheet at its vertex: the far side of this sphere, which bends away from the light, is none.
+    // Only the sheet at the vertex belongs to a conic: the far side of this sphere, which bends
+    // away from the light, does not.
     let concave = Quadric {
         point: DVec3::ZERO,
         axis: DVec3::Z,
@@ -54,7 +55,7 @@ fn rays_that_do_not_come_through() {
     assert!(Sequence::new(&concave, &glass).is_none());
 }
 
-/// What rays that have no end are told, and that they give no derivative.
+/// Rays without an end report why, and give no derivative.
 #[test]
 fn rays_without_an_end() {
     let field: Field = Constant::new(1.0).into();

@@ -1,4 +1,4 @@
-//! Through grids in boxes, and by their samples.
+//! Derivatives of rays through grids in boxes, with respect to their samples.
 
 use super::*;
 use crate::common::{Random, ripples};
@@ -11,7 +11,7 @@ fn cube() -> Aabb {
     Aabb::new(DVec3::splat(-1.0), DVec3::ONE)
 }
 
-/// A function of position at the samples of the grid.
+/// Values of a function of position at the samples of the grid.
 fn sampled(f: impl Fn(DVec3) -> f64) -> Vec<f64> {
     let mut samples = Vec::new();
     Bspline::from_fn(DIMS, cube(), Placement::Nodes, |x| {
@@ -19,12 +19,12 @@ fn sampled(f: impl Fn(DVec3) -> f64) -> Vec<f64> {
         1.0
     })
     .unwrap();
-    // The first is asked for beforehand, as the reference.
+    // The first call is for the reference value; drop it.
     samples.remove(0);
     samples
 }
 
-/// Samples of n.
+/// Samples of the index n.
 fn samples() -> Vec<f64> {
     sampled(ripples)
 }
@@ -40,7 +40,7 @@ const BEHIND: Receiver = Receiver::Plane {
     normal: DVec3::Z,
 };
 
-/// Derivatives by the samples, of a ray through the cube from outside.
+/// Derivatives with respect to the samples, for a ray that enters the cube from outside.
 fn by_samples(samples: &[f64], tolerance: f64) -> Vec<f64> {
     let bspline = grid(samples);
     let field = bspline.clone().into();
@@ -57,7 +57,8 @@ fn by_samples(samples: &[f64], tolerance: f64) -> Vec<f64> {
         .collect()
 }
 
-/// Coefficients are f32, whose rounding, 1e-9 of n², over steps of 2e-3 limits differences to 1e-6.
+/// Derivatives with respect to samples agree with differences. Coefficients are f32: their
+/// rounding, 1e-9 of n², over difference steps of 2e-3, limits the differences to 1e-6.
 #[test]
 fn rays_by_samples_of_a_grid() {
     let mut random = Random(5);
@@ -86,8 +87,10 @@ fn norm(values: &[f64]) -> f64 {
     values.iter().map(|v| v * v).sum::<f64>().sqrt()
 }
 
-/// Step sizes depend on the field; their derivatives are left out. For changes of the index over lengths of many steps this
-/// costs 3e-5 at most; how much falls to which of neighbouring samples is known to a few per cent, as steps take six looks at three cells.
+/// The derivatives leave out that step sizes depend on the field. For changes of the index over
+/// lengths of many steps this costs at most 3e-5. The division of a derivative among neighbouring
+/// samples is known to a few per cent, because a step evaluates the field six times within three
+/// cells.
 #[test]
 fn fixed_steps_cost_what_the_tolerance_allows() {
     let samples = samples();
@@ -111,7 +114,8 @@ fn fixed_steps_cost_what_the_tolerance_allows() {
     }
 }
 
-/// Steps that end on a face to round-off leave the box: rays at many angles, in a grid whose cells divide its edges.
+/// Rays leave a box even if a step ends on a face to within round-off. The test sends rays at many
+/// angles through a grid whose cells divide its edges.
 #[test]
 fn rays_leave_boxes_in_which_steps_end_on_faces() {
     let bump = |x: DVec3| {
@@ -151,8 +155,8 @@ fn rays_leave_boxes_in_which_steps_end_on_faces() {
     }
 }
 
-/// Through a cube of one index the optical length is n times the length, and the derivatives by the samples add up to the length: they
-/// are there although nothing bends the ray.
+/// In a cube of constant index the optical length is n times the length. The derivatives with
+/// respect to the samples add up to the length: they exist although nothing bends the ray.
 #[test]
 fn uniform_grids_and_surroundings() {
     let n = 1.3;

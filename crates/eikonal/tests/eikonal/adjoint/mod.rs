@@ -1,4 +1,5 @@
-//! Derivatives of rays against differences of rays and closed forms (docs/theory.md#derivatives-of-rays).
+//! Derivatives of rays, compared with differences of rays and with closed forms
+//! (docs/theory.md#derivatives-of-rays).
 
 mod closed_forms;
 mod failures;
@@ -19,7 +20,8 @@ const PLANE: Receiver = Receiver::Plane {
     normal: DVec3::Z,
 };
 
-/// Weights of a loss that is linear in where and how rays end.
+/// Weights of a loss that is linear in the end of a ray: its position, direction and optical
+/// length.
 const LOSS: EndDerivative = EndDerivative {
     x: DVec3::new(0.3, -0.8, 0.1),
     v: DVec3::new(-0.6, 0.4, 0.2),
@@ -58,7 +60,7 @@ fn follow<W: World>(
     ray.follow(start).unwrap()
 }
 
-/// d/dp by a central difference, extrapolated once.
+/// Returns d/dp by a central difference, extrapolated once.
 fn derivative(p: &[f64], i: usize, h: f64, f: impl Fn(&[f64]) -> f64) -> f64 {
     let at = |step: f64| {
         let mut q = p.to_vec();

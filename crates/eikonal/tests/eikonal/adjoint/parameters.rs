@@ -1,4 +1,4 @@
-//! By all parameters of all types of fields.
+//! Derivatives with respect to all parameters of all types of fields.
 
 use super::*;
 use crate::common::Random;
@@ -13,7 +13,7 @@ fn selfoc(p: &[f64]) -> Field {
         .into()
 }
 
-/// A field under the map to the world of which the rows follow its own `count` parameters.
+/// A field under a map to the world. The rows of the map follow the field's own `count` parameters.
 fn moved(p: &[f64], count: usize, field: fn(&[f64]) -> Field) -> Field {
     let (own, map) = p.split_at(count);
     let column = |i: usize| DVec3::new(map[i], map[4 + i], map[8 + i]);
@@ -57,7 +57,7 @@ fn table(coordinate: Coordinate, start: f64, p: &[f64]) -> Field {
         .into()
 }
 
-/// Fields by their parameters.
+/// Fields as functions of their parameters.
 #[allow(clippy::type_complexity)]
 fn families() -> Vec<(&'static str, Vec<f64>, fn(&[f64]) -> Field)> {
     let unit = DVec3::new(0.1, 0.05, 1.0).normalize();
@@ -157,7 +157,7 @@ fn fields_by_their_parameters() {
             let here = field(&p);
             let mut sums = vec![0.0; here.sum_count()];
             here.add_parameter_derivative(x, by, &mut sums);
-            // Forward mode is the transpose.
+            // The forward-mode derivative agrees with the transposed reverse-mode derivative.
             let change: Vec<f64> = p.iter().map(|_| random.between(-1.0, 1.0)).collect();
             let of = here.index_change(x, &here.parameter_change(&change));
             let found = here.parameter_derivative(sums);
@@ -178,7 +178,8 @@ fn fields_by_their_parameters() {
     }
 }
 
-/// Whole powers of negative numbers keep their values when the exponent is a number by which derivatives are.
+/// Integer powers of negative numbers keep their values if the exponent is a parameter with a
+/// derivative.
 #[test]
 fn powers_of_negative_numbers() {
     let field = formula("1.5 + 0.1*x^m", &["m"], &[3.0]);
@@ -202,7 +203,7 @@ fn rays_by_parameters_and_starts() {
         let mut sum = ParameterDerivative::new((), &index);
         let back = ray.pull_back(&LOSS, &mut sum).unwrap();
         let found = index.parameter_derivative(sum.values);
-        // Third derivatives of tables jump at their samples: differences know less there.
+        // Differences are less accurate for tables: third derivatives jump at the samples.
         let limit = if name.starts_with("table") {
             1e-5
         } else {
@@ -221,7 +222,8 @@ fn rays_by_parameters_and_starts() {
             let error = (found - expected).abs() / (0.1 + expected.abs());
             assert!(error < limit, "{name} {i}: {error:e}, {expected}");
         }
-        // begin[3..] is not of unit length: derivatives by it are those by the direction over its length.
+        // `begin[3..]` is not a unit vector. Its derivatives are the derivatives with respect to
+        // the direction, divided by the length of the vector.
         let length = DVec3::from_slice(&begin[3..]).length();
         let found = [back.x, back.direction / length]
             .map(|d| d.to_array())

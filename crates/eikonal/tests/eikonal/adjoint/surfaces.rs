@@ -1,4 +1,4 @@
-//! Through surfaces, and by them.
+//! Derivatives of rays through surfaces, and with respect to the surfaces.
 
 use super::*;
 use crate::interface::world::{Surface, TwoRegions};
@@ -58,10 +58,12 @@ fn rays_through_balls_and_planes() {
     }
 }
 
-/// What is done with a ray that has been followed.
+/// Callback that receives a traced ray.
 type Seen<'a> = dyn FnMut(&AdjointRay<Layout>, &Layout, Receiver, RayEnd) + 'a;
 
-/// A graded lens between a conic and a sphere, with a stop in it, and a cylinder: by the numbers of all surfaces and media, the exit, and the start.
+/// Tests a graded lens between a conic and a sphere, with a stop in it, followed by a cylinder.
+/// Derivatives are with respect to the numbers of all surfaces and media, the exit plane, and the
+/// start of the ray.
 #[test]
 fn rays_through_sequences_of_surfaces() {
     let quadric = |p: &[f64]| Quadric {
@@ -79,7 +81,7 @@ fn rays_through_sequences_of_surfaces() {
         vec![1.1],
         vec![1.4],
     ];
-    // Axes are unit vectors at first: derivatives are by these.
+    // Make axes unit vectors, because derivatives are with respect to unit axes.
     let unit = |p: &[f64], at: usize| {
         let mut p = p.to_vec();
         let axis = vector(&p[at..]).normalize().to_array();
@@ -122,7 +124,7 @@ fn rays_through_sequences_of_surfaces() {
     run(&parameters, &begin, &mut |ray, layout, receiver, _| {
         let mut sums = LayoutDerivative::new(layout, receiver);
         let back = ray.pull_back(&LOSS, &mut sums).unwrap();
-        // The stop is no parameter.
+        // The stop is not a parameter.
         let refracting = [0, 2, 3].map(|i| sums.surfaces[i]).concat();
         by_parameters = [refracting, sums.exit.to_vec(), sums.media.concat()].concat();
         let length = vector(&begin[3..]).length();
@@ -131,12 +133,12 @@ fn rays_through_sequences_of_surfaces() {
             .concat();
     });
     for (i, found) in by_parameters.iter().enumerate() {
-        // Any γ but zero would choose a sheet.
+        // Skip γ: any value except zero would choose a sheet.
         if [18, 28].contains(&i) {
             continue;
         }
         let expected = derivative(&parameters, i, 1e-3, |p| value(p, &begin));
-        // Along a unit vector a change is none.
+        // A change along a unit vector has no effect; remove it from the derivative.
         let along = [3, 13, 23, 33]
             .into_iter()
             .find(|at| (*at..at + 3).contains(&i));
@@ -154,8 +156,9 @@ fn rays_through_sequences_of_surfaces() {
     }
 }
 
-/// Through a ball of radius R and index n, paraxial light from infinity comes to a focus nR/2(n − 1) from the centre: with its derivatives by R,
-/// n and the index outside (as n/n₀), from one ray close to the axis, to the square of its height.
+/// A ball of radius R and index n focuses paraxial light from infinity at the distance nR/2(n − 1)
+/// from its centre. The test compares the derivatives of this distance by R, n and the index
+/// outside (as n/n₀) with derivatives of one ray close to the axis, to second order in its height.
 #[test]
 fn focus_of_a_ball_lens() {
     let (radius, n, height) = (1.3, 1.6, 1e-4);
@@ -177,7 +180,7 @@ fn focus_of_a_ball_lens() {
         .follow_through(start(&[height, 0.0, -3.0, 0.0, 0.0, 1.0], 0))
         .unwrap();
     assert!(end.x.x.abs() < 10.0 * height.powi(3), "{}", end.x);
-    // The ray meets the axis where x = 0: the focus moves by −δx/x′.
+    // The ray meets the axis where x = 0, so the focus moves by −δx/x′.
     let by = EndDerivative {
         x: DVec3::X,
         ..EndDerivative::default()

@@ -1,5 +1,5 @@
-//! A glass ball: its branches lie in the plane through its centre and the two points, where the impact
-//! parameter determines the ray.
+//! Branches of a glass ball. They lie in the plane through its centre and the two points, where the
+//! impact parameter determines the ray.
 
 use crate::branches::world::Glass;
 use glam::DVec3;
@@ -9,12 +9,14 @@ use std::f64::consts::{PI, TAU};
 use testkit::Rng;
 
 const N: f64 = 1.5;
-/// Rays keep 1e-10; near grazing incidence and close to caustics errors grow.
+/// Tolerance of the comparison. Rays keep 1e-10; errors grow near grazing incidence and close to
+/// caustics.
 const CLOSE: f64 = 1e-7;
-/// Impact parameter from which the search may miss a ray: it grazes the ball within 3°.
+/// Impact parameter from which the search may miss a ray: the ray then grazes the ball within 3°.
 const GRAZING: f64 = 0.999;
 
-/// A ray in the plane: the direction at x, measured from that to the centre, and ∫n ds.
+/// A ray in the plane: the angle at x between its direction and the direction to the centre, ∫n ds,
+/// and its number of reflections.
 #[derive(Clone, Copy, Debug)]
 struct Planar {
     angle: f64,
@@ -22,9 +24,9 @@ struct Planar {
     reflections: u32,
 }
 
-/// How far around the centre a ray with impact parameter `b` gets from the radius `x` to the radius
-/// `y`, both outside, and its optical length: `chords` of them inside, none for a reflection off the
-/// outside.
+/// Returns the angle around the centre that a ray with impact parameter `b` covers from radius `x`
+/// to radius `y`, both outside, and its optical length. The ray passes `chords` chords inside the
+/// ball; it has none if it is reflected off the outside.
 fn around(b: f64, x: f64, y: f64, chords: u32) -> (f64, f64) {
     let (incidence, inside) = (b.asin(), (b / N).asin());
     let (alpha, beta) = ((b / x).asin(), (b / y).asin());
@@ -34,12 +36,13 @@ fn around(b: f64, x: f64, y: f64, chords: u32) -> (f64, f64) {
     (angle, outside + k * N * 2.0 * inside.cos())
 }
 
-/// Every ray that meets the ball, with up to `most` reflections, between points at radii `x` and `y`
-/// and the angle `gamma` apart: all roots over the impact parameter, by bisection.
+/// Returns every ray that meets the ball, with at most `most` reflections, between points at radii
+/// `x` and `y` and the angle `gamma` apart. Bisection finds all roots over the impact parameter.
 fn planar(x: f64, y: f64, gamma: f64, most: u32) -> Vec<Planar> {
     const CELLS: usize = 20_000;
     let mut rays = Vec::new();
-    // Without a reflection one chord; with the first either none (off the outside) or two; …
+    // A ray without a reflection has one chord. With one reflection it has either none (off the
+    // outside) or two, and so on.
     for chords in (0..=most + 1).filter(|&c| c > 0 || most > 0) {
         let reflections = if chords == 0 { 1 } else { chords - 1 };
         let b = |i: usize| -1.0 + 2.0 * (i as f64) / CELLS as f64;
@@ -70,14 +73,14 @@ fn planar(x: f64, y: f64, gamma: f64, most: u32) -> Vec<Planar> {
     rays
 }
 
-/// Points in the plane of z and some other direction.
+/// Two points in the plane of z and a direction perpendicular to it.
 fn ends(x: f64, y: f64, gamma: f64) -> ([DVec3; 2], DVec3) {
     let up = DVec3::new(0.6, 0.8, 0.0);
     let at = |r: f64, angle: f64| (DVec3::Z * angle.cos() + up * angle.sin()) * r;
     ([at(x, 0.0), at(y, gamma)], up)
 }
 
-/// Whether the direction, length and number of reflections of a ray are those of a branch.
+/// True if ray and branch agree in direction, length and number of reflections.
 fn is(ray: &Planar, branch: &ConnectingRay, up: DVec3) -> bool {
     let direction = up * ray.angle.sin() - DVec3::Z * ray.angle.cos();
     branch.direction_out.distance(direction) < CLOSE
@@ -93,7 +96,7 @@ fn branches_of_a_ball_are_those_of_the_planar_scan() {
     let mut seen = [0; 4];
     for i in 0..if super::long() { 200 } else { 12 } {
         let (x, y) = (rng.range(1.1, 4.0), rng.range(1.1, 4.0));
-        // Every other pair on opposite sides, where there are rays straight through.
+        // Put every second pair on opposite sides, where rays pass straight through.
         let gamma = rng.range([0.05, 2.2][i % 2], 3.1);
         let ([from, to], up) = ends(x, y, gamma);
         let reach = Reach {
@@ -109,7 +112,7 @@ fn branches_of_a_ball_are_those_of_the_planar_scan() {
             assert!(count == 1 || grazes && count == 0, "{ray:?} {found:?}");
             seen[ray.reflections as usize] += count;
         }
-        // Any other is the straight way past the ball, if there is one.
+        // Any other branch is the straight line past the ball, if there is one.
         let sight = (1.0 / x).acos() + (1.0 / y).acos() > gamma;
         let other = |b: &ConnectingRay| !expected.iter().any(|ray| is(ray, b, up));
         let others: Vec<_> = found.iter().filter(|(_, b)| other(b)).collect();
@@ -121,7 +124,8 @@ fn branches_of_a_ball_are_those_of_the_planar_scan() {
     assert!(seen.iter().all(|n| *n >= 5), "{seen:?}");
 }
 
-/// J is the same both ways: both ends are in air. The way back makes the same choices in reverse.
+/// Asserts that J is equal both ways, because both ends are in air. The reverse ray makes the same
+/// choices in reverse order.
 fn reciprocal(world: &Glass, start: &InitialGuess<usize>, branch: &ConnectingRay, to: DVec3) {
     let mut solver = Solver::new(Tolerance::new(1e-12));
     let there = solver.solve(world, start, to).unwrap();

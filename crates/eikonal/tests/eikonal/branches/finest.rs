@@ -1,15 +1,15 @@
-//! Branches at the smallest tolerances, where double precision is all but used up: every ray of the tables, from either end,
-//! is found again from what a coarser search says of it. A ray that is lost there by rounding is lost by chance, so each is
-//! tried from several starts.
+//! Branches at the smallest tolerances, where double precision is nearly used up. A coarser search
+//! supplies the start for every ray of the tables, from either end; the solver must then find the
+//! ray again. Rounding loses a ray at random, so the test tries several starts for each.
 
 use crate::common::tables::tables;
 use glam::DVec3;
 use morgana_eikonal::connect::{InitialGuess, Pattern, RayFamily, Unbounded};
 use morgana_eikonal::{Solver, Tolerance};
 
-/// From the smallest that there is.
+/// Tolerances, from the smallest possible.
 const TOLERANCES: [f64; 3] = [1e-12, 3e-12, 5e-12];
-/// Of the coarser searches; the long test tries all.
+/// Tolerances of the coarser searches. The long test tries all of them.
 const COARSER: [f64; 3] = [1e-6, 1e-5, 1e-7];
 
 fn start(x: DVec3, direction: DVec3, optical_length: f64) -> InitialGuess<()> {

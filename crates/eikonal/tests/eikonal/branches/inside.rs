@@ -1,5 +1,5 @@
-//! Out of a glass ball: the rays that are known at once against a scan of all directions in the plane of the
-//! centre and the two ends.
+//! Rays out of a glass ball: the rays that the closed form gives, compared with a scan of all
+//! directions in the plane of the centre and the two ends.
 
 use glam::DVec3;
 use morgana_eikonal::connect::{Ball, Outside};
@@ -8,10 +8,12 @@ use std::f64::consts::TAU;
 use testkit::Rng;
 
 const CELLS: usize = 10_000;
-/// Crossings are good to 1e-6 radians, and worse where they crowd.
+/// Tolerance of the comparison. Crossings are accurate to 1e-6 radians, and less accurate where
+/// several lie close together.
 const CLOSE: f64 = 1e-5;
 
-/// Where a ray from `x` inside leaves the ball, and the unit direction beyond; `None` if it does not.
+/// Returns the point where a ray from `x` inside leaves the ball, and the unit direction beyond;
+/// `None` if the ray does not leave.
 fn leave(ball: &Ball, x: DVec3, direction: DVec3) -> Option<(DVec3, DVec3)> {
     let offset = x - ball.center;
     let b = offset.dot(direction);
@@ -23,7 +25,8 @@ fn leave(ball: &Ball, x: DVec3, direction: DVec3) -> Option<(DVec3, DVec3)> {
     (square > 0.0).then(|| (p, tangential + normal * square.sqrt()))
 }
 
-/// The part of an interval in which something holds that holds at one of its ends, or at both.
+/// Returns the part of an interval in which a predicate holds. It must hold at one of the ends, or
+/// at both.
 fn part([a, b]: [f64; 2], holds: impl Fn(f64) -> bool) -> Option<[f64; 2]> {
     let (mut inside, mut outside) = match (holds(a), holds(b)) {
         (true, true) => return Some([a, b]),
@@ -43,7 +46,7 @@ fn part([a, b]: [f64; 2], holds: impl Fn(f64) -> bool) -> Option<[f64; 2]> {
     Some([end, inside])
 }
 
-/// All crossings, by bisection between the directions of a scan.
+/// Finds all crossings, by bisection between the directions of a scan.
 fn scan(ball: &Ball, x: DVec3, to: Outside) -> Vec<DVec3> {
     let far = match to {
         Outside::Point(y) => y - ball.center,
@@ -52,7 +55,7 @@ fn scan(ball: &Ball, x: DVec3, to: Outside) -> Vec<DVec3> {
     let normal = (x - ball.center).cross(far).normalize();
     let [u, v] = perpendicular_basis(normal);
     let ray = |angle: f64| leave(ball, x, u * angle.cos() + v * angle.sin());
-    // The angle by which a ray misses.
+    // Angle by which a ray misses the target.
     let miss = |angle: f64| {
         let (p, direction) = ray(angle)?;
         let aim = match to {
@@ -99,7 +102,7 @@ fn rays_out_of_a_ball_are_those_of_a_scan() {
         };
         let inner = point(0.3, 0.999);
         let x = ball.center + inner * ball.radius;
-        // Many outer ends across the centre from the inner one, where caustics are.
+        // Put many outer ends opposite the inner end, where caustics are.
         let across = -inner.normalize() * [0.0, 3.0, 8.0][i % 3];
         let outer = (across + point(1.0, 1.0)).normalize();
         let to = match i % 2 {
@@ -116,6 +119,6 @@ fn rays_out_of_a_ball_are_those_of_a_scan() {
         assert!(!ball.lets_out(x) || known.len() == 1);
         seen[known.len()] += 1;
     }
-    // None, one, and several that a caustic separates.
+    // The cases cover zero, one, and several rays, which a caustic separates.
     assert!(seen[..4].iter().all(|n| *n >= 5), "{seen:?}");
 }

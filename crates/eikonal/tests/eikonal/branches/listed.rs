@@ -1,27 +1,29 @@
-//! All branches against tables that were computed independently.
+//! All branches, compared with independently computed tables.
 
 use crate::common::tables::{Table, tables};
 use glam::DVec3;
 use morgana_eikonal::connect::{InitialGuess, Piece, RayFamily, Reach, Unbounded};
 use morgana_eikonal::{ConnectingRay, Solver, Tolerance};
 
-/// The tables were searched up to σ = 40. Beyond this multiple of the longest ray that they list there is
-/// none that stays in a domain, and so many in the graded rod, which goes on outside, that the search
-/// takes minutes.
+/// Longest optical path of the search, relative to the longest listed ray of a table. The tables
+/// were searched up to σ = 40. Beyond this multiple no ray stays in a domain. The graded rod
+/// continues outside its domain: rays beyond this multiple are so numerous that the search takes
+/// minutes.
 const REACH: f64 = 1.2;
 
-/// J/n² in both directions, relative. Rays at the tolerance of 1e-12 are reciprocal to some 1e-11.
+/// Allowed relative difference of J/n² between both directions. Rays at the tolerance of 1e-12 are
+/// reciprocal to about 1e-11.
 const RECIPROCITY: f64 = 1e-9;
 
-/// What the search finds, over all pairs of a table.
+/// Numbers of branches that the search finds, over all pairs of a table.
 #[derive(Default)]
 struct Count {
     listed: usize,
-    /// Found, but not listed: they leave the domain.
+    /// Branches found but not listed, because they leave the domain.
     outside: usize,
 }
 
-/// Searches every pair of a table and compares.
+/// Searches every pair of a table, and compares the branches with the listed ones.
 fn search(table: &Table, report: &mut String) -> Count {
     let world = Unbounded(&table.field);
     let reach = Reach {
@@ -52,7 +54,8 @@ fn search(table: &Table, report: &mut String) -> Count {
                 *report += &format!("{}: not listed: {branch:?}\n", pair.id);
             }
             count.outside += usize::from(!stays);
-            // Where the index goes to zero, outside the domains, nothing can be computed to such digits.
+            // Skip rays outside the domains on which the index approaches zero: they cannot be
+            // computed to this accuracy.
             if points(solver.pieces()).all(|p| table.field.n2(p) > 0.5) {
                 let asymmetry = asymmetry(&world, start, y);
                 if asymmetry > RECIPROCITY {
@@ -64,14 +67,14 @@ fn search(table: &Table, report: &mut String) -> Count {
     count
 }
 
-/// Points all along a ray.
+/// Returns points along a ray.
 fn points(pieces: &[Piece<()>]) -> impl Iterator<Item = DVec3> {
     pieces
         .iter()
         .flat_map(|piece| (0..=8).map(|k| piece.arc.position(piece.theta_end * f64::from(k) / 8.0)))
 }
 
-/// A third of the pairs, or all of them.
+/// Searches a third of the pairs, or all of them in the long test.
 #[test]
 fn every_listed_branch_is_found_and_no_other_that_stays_in_the_domain() {
     let every = if super::long() { 1 } else { 3 };
@@ -90,11 +93,11 @@ fn every_listed_branch_is_found_and_no_other_that_stays_in_the_domain() {
         }
     }
     assert!(report.is_empty(), "{report}");
-    // Outside their domains the lens and the rod are followed into fields that no glass has.
+    // Outside their domains, the lens and the rod continue as fields that no glass has.
     assert_eq!(outside, ["F2", "F3"]);
 }
 
-/// The relative difference of J/n² between a branch and the ray back from its end.
+/// Returns the relative difference of J/n² between a branch and the reverse ray from its end.
 fn asymmetry(world: &Unbounded, start: &InitialGuess<()>, y: DVec3) -> f64 {
     let mut solver = Solver::new(Tolerance::new(1e-12));
     let there = solver.solve(world, start, y).unwrap();

@@ -1,4 +1,5 @@
-//! Questions without a sound answer: a typed failure or a finite one, never a panic or a NaN.
+//! Connections that have no well-defined result. The solver must return a typed failure or a finite
+//! result, never a panic or a NaN.
 
 use crate::branches::world::Glass;
 use glam::DVec3;
@@ -25,11 +26,11 @@ fn sound(c: &ConnectingRay) {
 
 struct Answers {
     primary: Result<ConnectingRay, Failure>,
-    /// Number of branches.
+    /// Number of branches found.
     all: usize,
 }
 
-/// Asks every question between two points; whatever is answered must be sound.
+/// Calls every search between two points, and asserts that each result is sound.
 fn ask<W: World>(world: &W, x: DVec3, region: W::Region, y: DVec3) -> Answers {
     let mut solver = Solver::new(Tolerance::new(1e-6));
     let primary = solver.connect(world, x, region, y);
@@ -110,7 +111,8 @@ fn what_is_not_finite_is_refused() {
     }
 }
 
-/// Branches are found within any reach that is long enough, and however far apart the points are, the answer is a failure at worst.
+/// The search finds all branches for any sufficiently long reach. However far apart the points are,
+/// it returns at worst a failure.
 #[test]
 fn reach_and_distance_may_have_any_size() {
     let field: Field = Gaussian::new(1.0, 0.8, DVec3::ZERO, 0.5).unwrap().into();
@@ -128,7 +130,7 @@ fn reach_and_distance_may_have_any_size() {
     assert!(expected >= 3, "{expected}");
     assert_eq!(count(1e300), expected);
     assert_eq!(count(f64::INFINITY), expected);
-    // Points that no number tells apart are at the same place.
+    // Points whose distance underflows count as coincident.
     let mut solver = Solver::new(Tolerance::default());
     let found = solver.connect(&world, DVec3::ZERO, (), DVec3::X * 1e-200);
     assert_eq!(found, Err(Failure::Coincident));
@@ -151,7 +153,7 @@ fn ends_on_interfaces_are_answered_soundly() {
     for on in [DVec3::X, DVec3::Z, DVec3::new(0.6, 0.0, -0.8)] {
         ask(&ball, far, 1, on);
         ask(&ball, on, 1, far);
-        // Inside, rays creep along the surface.
+        // Inside the ball, rays run close to its surface.
         let creeping = Solver::new(Tolerance::default()).connect(&ball, on, 0, DVec3::Y);
         creeping.iter().for_each(sound);
     }
@@ -160,7 +162,8 @@ fn ends_on_interfaces_are_answered_soundly() {
 #[test]
 fn grazing_incidence_and_total_reflection_are_answered_soundly() {
     let (slab, ball) = (Glass::slab(1.5, 1.0), Glass::ball(1.5));
-    // Along the tangent of the ball; within the surface of the slab; along it.
+    // Connect points along the tangent of the ball, then within the surface of the slab, then along
+    // it.
     ask(
         &ball,
         DVec3::new(1.0, 0.0, -2.0),
@@ -185,8 +188,8 @@ fn grazing_incidence_and_total_reflection_are_answered_soundly() {
         1,
         DVec3::new(0.0, 4.0, 1.0),
     );
-    // From close below the surface to close above it, far along it: beyond the critical angle but for
-    // the last bit of the way.
+    // From just below the surface to just above it, far along it: the ray is beyond the critical
+    // angle except for the last bit of its path.
     ask(
         &slab,
         DVec3::new(0.0, 0.0, 0.999),
@@ -197,7 +200,7 @@ fn grazing_incidence_and_total_reflection_are_answered_soundly() {
 
 #[test]
 fn foci_are_answered_soundly() {
-    // The conjugate point of the fisheye, where all rays meet.
+    // The conjugate point of the fisheye, where all rays intersect.
     let fisheye: Field = Fisheye::new(2.0, DVec3::ZERO, 1.0).unwrap().into();
     let x = DVec3::new(0.3, -0.2, 0.4);
     for x in [x, DVec3::X] {
@@ -205,7 +208,7 @@ fn foci_are_answered_soundly() {
         let answers = ask(&Unbounded(&fisheye), x, (), conjugate);
         assert_eq!(answers.primary, Err(Failure::Caustic));
     }
-    // The far pole of a Luneburg lens, where all rays of a beam meet.
+    // The far pole of a Luneburg lens, where all rays of a parallel beam intersect.
     let lens: Field = Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap().into();
     let world = Unbounded(&lens);
     let pole = DVec3::Z;
@@ -225,7 +228,8 @@ fn foci_are_answered_soundly() {
     ask(&world, -pole, (), pole);
 }
 
-/// Directions of planes have any length but zero, and a reach that is not a number is none.
+/// Directions of planes may have any length except zero. A reach that is zero, negative or not a
+/// number contains no branches.
 #[test]
 fn directions_of_any_length_and_reaches_that_are_no_lengths() {
     let field: Field = Constant::new(1.5).into();

@@ -1,4 +1,4 @@
-//! A flat slab of glass: its branches are those of mirror images.
+//! Branches of a flat slab of glass, compared with mirror images.
 
 use crate::branches::world::Glass;
 use glam::DVec3;
@@ -8,14 +8,15 @@ use morgana_eikonal::{ConnectingRay, Solver, Tolerance};
 const N: f64 = 1.5;
 const THICKNESS: f64 = 1.0;
 
-/// Closed forms; the ray epsilon off interfaces of 1e-11 is what remains.
+/// Relative tolerance of the closed forms. The remaining error comes from the offset of rays from
+/// interfaces, 1e-11.
 const CLOSE: f64 = 1e-8;
 
 fn close(a: f64, b: f64) -> bool {
     (a - b).abs() <= CLOSE * b.abs().max(1.0)
 }
 
-/// The branches of the slab, from `x` in a region.
+/// Returns the branches of the slab, from `x` in a region.
 fn branches(
     x: DVec3,
     region: usize,
@@ -35,11 +36,11 @@ fn branches(
     found.into_iter().map(|(_, branch)| branch).collect()
 }
 
-/// The images of a point at height `z` in mirrors at 0 and `THICKNESS` with up to `most` reflections,
-/// and their numbers of reflections.
+/// Returns the images of a point at height `z` in mirrors at 0 and `THICKNESS`, with at most `most`
+/// reflections, and the number of reflections of each.
 fn images(z: f64, most: i32) -> Vec<(f64, u32)> {
     let image = |m: i32| {
-        // The image in cell m of the unfolded slab.
+        // Image in cell m of the unfolded slab.
         let odd = m.rem_euclid(2) == 1;
         let z = if odd { THICKNESS - z } else { z };
         (f64::from(m) * THICKNESS + z, m.unsigned_abs())
@@ -53,8 +54,8 @@ fn branches_within_a_slab_are_its_mirror_images() {
     let reach = 14.0;
     for most in 0..=2 {
         let found = branches(x, 1, y, reach, most);
-        // Beyond the critical angle reflections are total, and no choice: those images are there whatever
-        // number of reflections is allowed.
+        // Beyond the critical angle reflection is total and not a choice. These images exist for
+        // any allowed number of reflections.
         let total = |d: DVec3| d.truncate().length() / d.length() * N > 1.0;
         let expected: Vec<(DVec3, u32)> = images(y.z, 30)
             .into_iter()
@@ -78,7 +79,7 @@ fn branches_within_a_slab_are_its_mirror_images() {
 
 #[test]
 fn total_reflections_are_not_counted() {
-    // Far along the slab: nearly all images lie beyond the critical angle.
+    // Far along the slab, nearly all images lie beyond the critical angle.
     let (x, y) = (DVec3::new(0.0, 0.0, 0.4), DVec3::new(4.0, 0.0, 0.7));
     let total = |d: DVec3| d.truncate().length() / d.length() * N > 1.0;
     let images: Vec<DVec3> = images(y.z, 30)
@@ -98,8 +99,9 @@ fn total_reflections_are_not_counted() {
     }
 }
 
-/// A ray that crosses air over a height `air` and glass over a height `glass` and ends at a lateral
-/// distance: its sine in air, its optical length, and J = ρ ρ'(θ) cos θ/sin θ.
+/// Returns the sine in air, the optical length, and J = ρ ρ'(θ) cos θ/sin θ of a ray. The ray
+/// crosses the height `air` of air and the height `glass` of glass, and ends at the lateral
+/// distance `lateral`.
 fn through(lateral: f64, air: f64, glass: f64) -> (f64, f64, f64) {
     let distance = |s: f64| air * s / (1.0 - s * s).sqrt() + glass * s / (N * N - s * s).sqrt();
     let (mut low, mut high) = (0.0, 1.0);
@@ -120,8 +122,8 @@ fn through(lateral: f64, air: f64, glass: f64) -> (f64, f64, f64) {
 
 #[test]
 fn branches_beside_a_slab_follow_snells_law() {
-    // Both ends below the slab: the direct ray, one off the front, and those that enter, are reflected
-    // 1, 3, 5, … times inside and leave.
+    // Both ends are below the slab. Expect the direct ray, one reflected off the front, and those
+    // that enter, are reflected 1, 3, 5, … times inside and leave.
     let (x, y) = (DVec3::new(0.0, 0.1, -0.6), DVec3::new(0.5, -0.3, -0.9));
     let lateral = (y - x).truncate().length();
     for most in 0..=4 {

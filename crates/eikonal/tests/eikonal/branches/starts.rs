@@ -1,4 +1,4 @@
-//! Random starts: their densities, and that they lead to every branch.
+//! Random starts: their densities, and their ability to reach every branch.
 
 use crate::branches::world::Glass;
 use crate::common::tables::tables;
@@ -10,7 +10,8 @@ use morgana_eikonal::{Solver, Tolerance};
 use std::f64::consts::PI;
 use testkit::Rng;
 
-/// Midpoints of a grid in the unit cube: in place of random numbers, so that nothing is left to chance.
+/// Points per axis of a grid in the unit cube. Midpoints of the grid replace random numbers, so
+/// that the test has no false alarms.
 const GRID: usize = 40;
 
 fn uniform() -> impl Iterator<Item = [f64; 3]> {
@@ -18,12 +19,12 @@ fn uniform() -> impl Iterator<Item = [f64; 3]> {
     (0..GRID.pow(3)).map(move |i| [at(i), at(i / GRID), at(i / GRID / GRID)])
 }
 
-/// Share of 3/4 that is log-uniform between two bounds, below `t`.
+/// Fraction of the distribution below `t`: three quarters of it are log-uniform between two bounds.
 fn log_uniform(t: f64, [least, most]: [f64; 2]) -> f64 {
     0.75 * ((t / least).ln() / (most / least).ln()).clamp(0.0, 1.0)
 }
 
-/// Asserts that the share of `values` below `t` is `expected`, to the resolution of the grid.
+/// Asserts that the fraction of `values` below `t` is `expected`, to the resolution of the grid.
 fn check(values: &[f64], t: f64, expected: f64) {
     let below = values.iter().filter(|v| **v < t).count() as f64 / values.len() as f64;
     let resolution = 1.5 / GRID as f64;
@@ -43,10 +44,10 @@ fn random_directions_favour_the_chord() {
         let sphere = 0.25 * 0.5 * (1.0 - f64::cos(t));
         check(&angles, t, log_uniform(t, [1e-3, PI]) + sphere);
     }
-    // Evenly around the chord.
+    // Directions are distributed evenly around the chord.
     let mean = directions.iter().map(|d| d.cross(chord)).sum::<DVec3>() / angles.len() as f64;
     assert!(mean.length() < 1e-3, "{mean}");
-    // Without a chord: uniform.
+    // Without a chord, directions are uniform.
     for none in [DVec3::ZERO, DVec3::NAN] {
         let heights: Vec<f64> = uniform().map(|u| random_direction(none, u).z).collect();
         for t in [-0.9, -0.3, 0.0, 0.6] {
@@ -65,7 +66,7 @@ fn random_feet_favour_the_foot() {
     assert!(feet.iter().all(|p| direction.dot(*p - foot).abs() < 1e-12));
     let off: Vec<f64> = feet.iter().map(|p| p.distance(foot) / radius).collect();
     for t in [0.002, 0.01, 0.1, 0.7, 1.9] {
-        // The disc around the centre is farther away than that.
+        // The other quarter, a disc around the centre, is farther away than `t` radii.
         check(&off, t, log_uniform(t, [1e-3, 2.0]));
     }
     let projected = center + direction * direction.dot(foot - center);
@@ -116,7 +117,8 @@ fn random_starts_lead_to_every_branch_behind_a_lens() {
 
 #[test]
 fn approaches_decide_at_every_choice_until_the_reflections_are_used_up() {
-    // Straight up through a slab, off its far side, off its near side, and out.
+    // Send a ray straight up through a slab: reflected off its far side, off its near side, and
+    // out.
     let world = Glass::slab(1.5, 1.0);
     let mut solver = Solver::new(Tolerance::default());
     let (x, y) = (DVec3::new(0.0, 0.0, -1.0), DVec3::new(0.1, 0.0, 4.0));
@@ -131,7 +133,8 @@ fn approaches_decide_at_every_choice_until_the_reflections_are_used_up() {
             bounces: u32::MAX,
         };
         let mut asked = 0;
-        // When the ray has been followed, the closest of its approaches is asked for.
+        // After tracing the ray, `approach` draws random numbers to choose the closest of its
+        // approaches.
         let mut uniform = || {
             asked += 1;
             match answers.get(asked - 1) {
@@ -148,16 +151,16 @@ fn approaches_decide_at_every_choice_until_the_reflections_are_used_up() {
     let (start, arrival, asked) = approach(0, &[]);
     assert_eq!((start.pattern, asked), (Pattern::REFRACT, 0));
     assert!((start.optical_length - 5.5).abs() < 1e-9 && arrival > 0.999);
-    // After two reflections nothing is left to decide.
+    // After two reflections no choice is left.
     let (start, arrival, asked) = approach(2, &[false, true, true]);
     let pattern = Pattern::REFRACT.with(1).and_then(|p| p.with(2)).unwrap();
     assert_eq!((start.pattern, asked), (pattern, 3));
     assert!((start.optical_length - 8.5).abs() < 1e-9 && arrival > 0.999);
-    // Reflected down and out, the ray was closest to y at the far side of the slab, before.
+    // Reflected down and out, the ray was closest to y earlier, at the far side of the slab.
     let (start, _, asked) = approach(1, &[false, true]);
     assert_eq!((start.pattern, asked), (Pattern::REFRACT, 2));
     assert!((start.optical_length - 2.5).abs() < 1e-9);
-    // Off the near side at once.
+    // Reflected off the near side at once.
     let (start, _, asked) = approach(3, &[true]);
     assert_eq!((start.pattern, asked), (Pattern::REFRACT, 1));
     assert!((start.optical_length - 1.0).abs() < 1e-9);
@@ -165,7 +168,8 @@ fn approaches_decide_at_every_choice_until_the_reflections_are_used_up() {
 
 #[test]
 fn a_guide_starts_where_its_ray_comes_close() {
-    // Down into a slab and up again: past the point on the way in, and on the way back.
+    // The ray goes down into a slab and up again. It passes the point on its way in and on its way
+    // back.
     let world = Glass::slab(1.5, 1.0);
     let direction = DVec3::new(0.6, 0.0, 0.8);
     let guided = |pattern| {
@@ -199,7 +203,7 @@ fn a_guide_starts_where_its_ray_comes_close() {
             .collect::<Vec<_>>(),
         [0, 1]
     );
-    // The image of y in the surface is as far along the beam.
+    // The mirror image of y in the surface lies equally far along the beam.
     let image = DVec3::new(y.x, y.y, -y.z);
     for (found, target) in found.iter().zip([y, image]) {
         let depth = (target + direction).dot(direction);
@@ -211,8 +215,8 @@ fn a_guide_starts_where_its_ray_comes_close() {
     assert!(found[0].same_branch(&found[0], 0.0, 0.0));
 }
 
-/// In front of germanium, along the normal: what is known inside it says to go back four times too far, and only the length can be
-/// changed to mend that.
+/// A start in front of germanium, along the normal: the linearisation inside the germanium steps
+/// back four times too far, and only changing the length can correct this.
 #[test]
 fn a_step_too_far_along_the_ray_is_shortened() {
     let world = Glass::slab(4.0, 1.0);

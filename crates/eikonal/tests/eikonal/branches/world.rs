@@ -11,20 +11,22 @@ use morgana_eikonal::ray::bernstein::{first_root, height, product};
 /// A surface between two regions.
 #[derive(Clone, Copy)]
 pub enum Surface {
-    /// z = height, between the region below and that above.
+    /// The plane z = height, between the regions below and above it.
     Plane(f64),
-    /// Around the origin, with this radius, between the region inside and that outside.
+    /// A ball of this radius around the origin, between the regions inside and outside.
     Ball(f64),
 }
 
-/// Regions with fields, and refracting surfaces with the regions below or inside, and above or outside.
+/// Regions with fields, and refracting surfaces between them. Each surface lists its region below
+/// (or inside) before its region above (or outside).
 pub struct Glass {
     pub fields: Vec<Field>,
     pub surfaces: Vec<(Surface, [usize; 2])>,
 }
 
 impl Glass {
-    /// Region 1 of index `n` between z = 0 and `thickness`, in regions 0 (below) and 2 of index 1.
+    /// Creates a slab: region 1 of index `n` between z = 0 and `thickness`, with index 1 below
+    /// (region 0) and above (region 2).
     pub fn slab(n: f64, thickness: f64) -> Self {
         Glass {
             fields: [1.0, n, 1.0].map(|n| Constant::new(n).into()).to_vec(),
@@ -35,7 +37,7 @@ impl Glass {
         }
     }
 
-    /// Region 0 of index `n` in the unit ball, in region 1 of index 1.
+    /// Creates a ball: region 0 of index `n` in the unit ball, inside region 1 of index 1.
     pub fn ball(n: f64) -> Self {
         Glass {
             fields: [n, 1.0].map(|n| Constant::new(n).into()).to_vec(),

@@ -1,8 +1,9 @@
-//! Random media and pairs of points: what is certified is never contradicted, and the search that would
-//! contradict it sees second rays where there are.
+//! Random media and pairs of points: no certified pair has a second ray, and the search detects
+//! second rays where they exist.
 //!
-//! The search is lighter than [`Solver::all`]: Newton's method from 100 directions all over the cap in
-//! which rays that stay inside can start. `MORGANA_LONG_TESTS=1` draws 10 800 pairs instead of 432.
+//! The search is lighter than [`Solver::all`]: Newton's method from 100 directions all over the cap
+//! in which rays that stay inside can start. `MORGANA_LONG_TESTS=1` draws 10 800 pairs instead of
+//! 432.
 
 use crate::certificate::families::{KINDS, at_criterion, point};
 use crate::certificate::in_ball;
@@ -14,9 +15,9 @@ use morgana_eikonal::{Field, Solver, Tolerance};
 use std::f64::consts::PI;
 use testkit::Rng;
 
-/// Starts of the search for each pair.
+/// Starts of the search, per pair.
 const STARTS: usize = 100;
-/// Pairs in each medium.
+/// Pairs per medium.
 const PAIRS: usize = 12;
 
 fn families() -> usize {
@@ -31,7 +32,7 @@ fn inside(p: DVec3) -> bool {
     p.length() < 1.0
 }
 
-/// Two points far apart, where second rays would be: on either side of the ball.
+/// Two points far apart on opposite sides of the ball, where second rays would be.
 fn across(rng: &mut Rng) -> [DVec3; 2] {
     let x = DVec3::from_array(rng.direction());
     let y = (point(rng, 0.7) - x).normalize();
@@ -59,9 +60,9 @@ fn certified_media_have_one_ray_between_any_two_points() {
             }
         }
     }
-    // Some families are certified up to κD = 2, which comes first.
+    // For some families certification ends at κD = 2 before the criterion reaches its target.
     assert!(near * PAIRS * 10 > pairs * 9, "{near}");
-    // A few rays leave the ball on their way.
+    // A few rays leave the ball between their ends.
     assert!(connected * 20 >= pairs * 17, "{connected} of {pairs}");
 }
 
@@ -89,11 +90,11 @@ fn certified_pairs_have_one_ray() {
             }
         }
     }
-    // Pairs cover much of what the whole medium does not.
+    // Certificates of pairs cover much that the certificate of the whole medium does not.
     assert!(certified[1] > certified[0], "{certified:?}");
 }
 
-/// The number of rays that stay inside by the dense search.
+/// Returns the number of rays that stay inside, by the dense search.
 fn dense(field: &Field, [x, y]: [DVec3; 2]) -> usize {
     let world = Unbounded(field);
     let mut solver = Solver::new(Tolerance::new(1e-7));
@@ -113,9 +114,9 @@ fn dense(field: &Field, [x, y]: [DVec3; 2]) -> usize {
 
 #[test]
 fn second_rays_are_seen_from_where_they_begin() {
-    // In a rod a ray that crosses the axis at the angle θ crosses it again after π cos θ/α, and keeps
-    // within sin θ/α of it. In the unit ball around its middle, two points of the axis a distance d apart
-    // thus have second rays from α = 1/√(1 + (d/π)²) on.
+    // In a rod, a ray that crosses the axis at the angle θ crosses it again after π cos θ/α, and
+    // stays within sin θ/α of it. In the unit ball around the middle of the rod, two points of the
+    // axis at distance d thus have second rays if α ≥ 1/√(1 + (d/π)²).
     for d in [1.0, 1.5, 1.94] {
         let onset = 1.0 / (1.0 + (d / PI).powi(2)).sqrt();
         let rod = |alpha: f64| -> Field {
@@ -123,7 +124,7 @@ fn second_rays_are_seen_from_where_they_begin() {
                 .unwrap()
                 .into()
         };
-        // Exactly on the axis the second rays form a cone.
+        // Leave the axis slightly: exactly on it the second rays form a cone.
         let off = DVec3::new(3e-3, 1e-3, 0.0);
         let ends = [off - DVec3::Z * (0.5 * d), DVec3::Z * (0.5 * d)];
         let count = |alpha: f64| {

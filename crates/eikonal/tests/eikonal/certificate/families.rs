@@ -10,7 +10,7 @@ use morgana_eikonal::{Aabb, Field};
 use std::f64::consts::TAU;
 use testkit::Rng;
 
-/// Random media, as functions of their strength.
+/// Random medium, as a function of its strength.
 pub type Family = Box<dyn Fn(f64) -> Field>;
 
 /// Draws a family.
@@ -62,7 +62,7 @@ fn sound(rng: &mut Rng) -> Family {
     })
 }
 
-/// Lenses that are larger than the ball: the weaker, the larger.
+/// Luneburg lenses larger than the ball; weaker lenses are larger.
 fn luneburg(rng: &mut Rng) -> Family {
     let center = point(rng, 0.2);
     Box::new(move |s| Luneburg::new(1.0, center, 1.0 / s).unwrap().into())
@@ -73,7 +73,7 @@ fn fisheye(rng: &mut Rng) -> Family {
     Box::new(move |s| Fisheye::new(2.0, center, 1.0 / s).unwrap().into())
 }
 
-/// Lumps, sampled.
+/// Lumps, sampled on a grid.
 fn grid(rng: &mut Rng) -> Family {
     let lumps = lumps(rng);
     let cube = Aabb::new(DVec3::splat(-1.2), DVec3::splat(1.2));
@@ -85,8 +85,8 @@ fn grid(rng: &mut Rng) -> Family {
     })
 }
 
-/// The member of a family whose criterion is `target`, or up to 2 % below; the strongest for which there
-/// is one, if that is less.
+/// Returns the member of a family with criterion `target` or up to 2 % less. If no member reaches
+/// it, returns the strongest member that has a criterion.
 pub fn at_criterion(family: &Family, target: f64) -> (f64, Uniqueness) {
     let (mut below, mut above) = (1e-4_f64, 0.8);
     let mut certificate = in_ball(&family(below), 1.0);

@@ -1,5 +1,5 @@
-//! The uniqueness certificate: what it certifies has no second ray, what has one it never certifies,
-//! and it is not vacuous (docs/theory.md#certificate).
+//! The uniqueness certificate (docs/theory.md#certificate). Media and pairs that it certifies have
+//! no second ray; it certifies none that have one; and it certifies useful media.
 
 mod draws;
 mod families;
@@ -13,17 +13,18 @@ use morgana_eikonal::{Aabb, Field, FieldBounds};
 use search::all_rays;
 use std::f64::consts::{PI, TAU};
 
-/// Bounds are taken over the medium and this margin around it, relative to its size.
+/// Margin around the medium within which bounds are taken, relative to its size.
 const MARGIN: f64 = 0.02;
 
-/// The certificate of a box.
+/// Returns the certificate of a box.
 fn in_box(field: &Field, min: DVec3, max: DVec3) -> Uniqueness {
     let medium = Aabb::new(min, max);
     let region = medium.grown(MARGIN * medium.diagonal());
     Uniqueness::new(region, medium.diagonal(), field.bounds(&region))
 }
 
-/// The certificate of a ball around the origin, whose bounds leave out the corners of its box.
+/// Returns the certificate of a ball around the origin. Its bounds leave out the corners of the box
+/// around the ball.
 fn in_ball(field: &Field, radius: f64) -> Uniqueness {
     let reach = radius * (1.0 + MARGIN);
     let region = Aabb::new(DVec3::splat(-reach), DVec3::splat(reach));
@@ -56,7 +57,8 @@ fn what_has_several_rays_is_never_certified() {
             assert!(!certificate.whole_medium(), "{}", pair.id);
             assert!(!certificate.pair(field, x, y), "{}", pair.id);
             assert!(!certificate.pair(field, y, x), "{}", pair.id);
-            // The search for rays, on which the other tests rely, does see several where there are.
+            // Check that the search for rays, on which the other tests rely, finds several where
+            // they exist.
             listed += branches;
             let rays = all_rays(field, [x, y], (200, 1.2), |p| table.contains(p));
             seen += rays.len().min(branches);
@@ -80,8 +82,8 @@ fn strong_lenses_are_not_certified_and_weak_parts_of_them_are() {
 
 #[test]
 fn a_lens_beside_the_chord_counts() {
-    // Rays of curvature κ = 0.5 may leave a chord of length two by 0.25, which is more than the 0.22
-    // by which this one misses the middle of a small but strong lens.
+    // Rays of curvature κ = 0.5 may leave a chord of length two by 0.25. This chord passes the
+    // middle of a small but strong lens at a distance of 0.22.
     let field = Field::from(Gaussian::new(1.33, 0.055, DVec3::ZERO, 0.05).unwrap());
     let corner = DVec3::new(1.01, 0.5, 0.5);
     let certificate = in_box(&field, -corner, corner);
@@ -95,8 +97,8 @@ fn a_lens_beside_the_chord_counts() {
 
 #[test]
 fn a_graded_rod_is_certified_up_to_a_good_part_of_its_focal_length() {
-    // On the axis a rod of α = 1 refocuses after π cos θ: rays that stay within the radius 0.3 do from
-    // 2.997 on.
+    // On the axis a rod of α = 1 refocuses after π cos θ. Rays that stay within the radius 0.3
+    // refocus from a length of 2.997.
     let rod = Field::from(Selfoc::new(1.5, 1.0, DVec3::ZERO, DVec3::Z).unwrap());
     let radius = 0.3 / 2f64.sqrt(); // The box lies inside the cylinder.
     let certificate = |length: f64| {
@@ -113,7 +115,7 @@ fn a_graded_rod_is_certified_up_to_a_good_part_of_its_focal_length() {
         "{length} of {focus}"
     );
 
-    // Pairs close to each other are certified in a rod that is longer.
+    // In a longer rod, pairs close to each other are certified.
     let long = certificate(3.5);
     let ends = |d: f64| (DVec3::Z * (-0.5 * d), DVec3::Z * (0.5 * d));
     let certified = |d: f64| long.pair(&rod, ends(d).0, ends(d).1);

@@ -6,7 +6,7 @@ use morgana_eikonal::connect::{InitialGuess, Pattern, RayFamily, Unbounded};
 use morgana_eikonal::ray::perpendicular_basis;
 use morgana_eikonal::{Field, Solver, Tolerance};
 
-/// The directions at `x` of all rays to `y` that stay `inside`, found by Newton's method from
+/// Finds the directions at `x` of all rays to `y` that stay `inside`. Newton's method starts from
 /// `starts` directions all over the cap of half-angle `cap` around the chord.
 pub fn all_rays(
     field: &Field,
@@ -19,11 +19,11 @@ pub fn all_rays(
     let [t1, t2] = perpendicular_basis(chord);
     let mut found: Vec<DVec3> = Vec::new();
     for i in 0..starts {
-        // A Fibonacci spiral of equal areas.
+        // Directions of equal solid angle, on a Fibonacci spiral.
         let z = 1.0 - (1.0 - cap.cos()) * (i as f64 + 0.5) / starts as f64;
         let (r, phi) = ((1.0 - z * z).sqrt(), i as f64 * 2.399_963_229_728_653);
         let direction = chord * z + (t1 * phi.cos() + t2 * phi.sin()) * r;
-        // Rays between distant points come in lengths of their own.
+        // Try several lengths, because rays between distant points differ in length.
         let start = InitialGuess {
             family: RayFamily::Point { x, direction },
             region: (),
@@ -36,7 +36,8 @@ pub fn all_rays(
         let mut points = solver.pieces().iter().flat_map(|piece| {
             (1..=4).map(|k| piece.arc.position(piece.theta_end * f64::from(k) / 4.0))
         });
-        // Rays that differ by 1e-4 are one: the solver's tolerance leaves 1e-6 near a caustic.
+        // Rays whose directions differ by at most 1e-4 count as one: near a caustic the solver's
+        // tolerance leaves 1e-6.
         let new = found.iter().all(|d| d.distance(ray.direction_out) > 1e-4);
         if new && points.all(|p| p.distance(y) < 1e-6 || inside(p)) {
             found.push(ray.direction_out);
@@ -45,8 +46,8 @@ pub fn all_rays(
     found
 }
 
-/// Half-angle to the chord within which every ray starts that stays inside: that of the circle of
-/// the largest curvature (Schur), and a little more.
+/// Half-angle to the chord that contains the start of every ray that stays inside: the angle for
+/// the circle of the largest curvature (Schur's theorem), with a margin.
 pub fn cap(certificate: &Uniqueness, d: f64) -> f64 {
     (0.5 * certificate.bounds().kappa() * d).min(1.0).asin() + 0.05
 }

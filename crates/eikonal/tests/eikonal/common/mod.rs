@@ -1,4 +1,4 @@
-//! One of every field with a region to test it in, and what the field tests share.
+//! Shared functions of the field tests, and a field of every type with a region to test it in.
 
 pub mod tables;
 
@@ -30,7 +30,7 @@ impl Random {
         region.min + region.size() * self.vector()
     }
 
-    /// A box in `region` of log-uniform size.
+    /// Draws a box in `region` of log-uniform size.
     pub fn sub_box(&mut self, region: &Aabb) -> Aabb {
         let scale = 10f64.powf(self.between(-3.0, 0.0));
         let a = self.point(region);
@@ -43,11 +43,12 @@ impl Random {
 pub struct Case {
     pub name: &'static str,
     pub field: Field,
-    /// Where to test it; n² is positive there.
+    /// Region of the test; n² is positive there.
     pub region: Aabb,
-    /// Points of symmetry.
+    /// Points of symmetry of the field.
     pub special: Vec<DVec3>,
-    /// Infinitely differentiable, and bounds tend to the values as a box shrinks.
+    /// True if the field is infinitely differentiable and its bounds tend to its values as a box
+    /// shrinks.
     pub analytic: bool,
 }
 
@@ -74,7 +75,7 @@ pub fn acoustic() -> Acoustic {
     Acoustic::new(1.333, CENTER, DVec3::new(1.0, 2.0, -0.5), DVec3::Z, modes).unwrap()
 }
 
-/// The mode that the parameters of published ultrasonic light guides use, along x.
+/// A mode along x, with the parameters of published ultrasonic light guides.
 pub fn one_wave() -> Acoustic {
     let mode = AcousticMode::new(0.02, 3, 8.0, 0.0).unwrap();
     Acoustic::new(1.3333, CENTER, DVec3::X, DVec3::Z, vec![mode]).unwrap()
@@ -103,12 +104,12 @@ pub fn shear() -> DAffine3 {
     DAffine3::from_mat3_translation(linear, DVec3::new(0.1, -0.2, 0.3))
 }
 
-/// The index by a formula.
+/// A field whose index is given by a formula.
 pub fn formula(text: &str) -> Field {
     Formula::new(text, Quantity::Index, &[]).unwrap().into()
 }
 
-/// A table of an index that falls off with a distance, or along a line.
+/// A table of an index that decreases with a distance, or along a line.
 pub fn table(coordinate: Coordinate, start: f64) -> IndexProfile {
     let place = |i: i32| start + 0.21 * f64::from(i);
     let samples: Vec<[f64; 2]> = (0..20)
@@ -119,7 +120,7 @@ pub fn table(coordinate: Coordinate, start: f64) -> IndexProfile {
 
 const WAVES: &str = "1.4 + 0.03*sin(2*x + y)*cos(1.5*z - 0.5*y) + 0.01*exp(-rho^2)*atan2(x, 3 + y)";
 
-/// One of every field.
+/// Returns one field of every type.
 pub fn all_fields() -> Vec<Case> {
     let slope = DVec3::new(0.05, -0.1, 0.02);
     let axis = DVec3::new(0.3, -1.0, 2.0);
@@ -250,8 +251,8 @@ pub fn all_fields() -> Vec<Case> {
     ]
 }
 
-/// A length over which the field changes little by little: a sixth of the length scale, which is up to six
-/// times the inverse of a wave number; 1 where it is infinite.
+/// Returns a length over which the field changes little: a sixth of the length scale, or 1 if that
+/// is infinite. The length scale is up to six times the inverse wave number.
 pub fn scale(field: &Field, x: DVec3) -> f64 {
     match field.length_scale(x) {
         l if l.is_finite() => l / 6.0,

@@ -1,9 +1,10 @@
-//! The tables of `data/connections.json`: for eight fields, pairs of points and every ray between
-//! them that stays in a domain.
+//! Tables of `data/connections.json`: for eight fields, pairs of points and every ray between them
+//! that stays in a domain.
 //!
-//! They were found by dense multistart (each closest approach of 400 directions, and local minima of
-//! the miss over 6000 more) with scipy's DOP853 at rtol = atol = 1e-12 and the variational equations.
-//! Those of F2, F3 and F4 agree with closed forms, by which they are complete.
+//! A dense multistart search found these rays, starting from the closest approaches of 400
+//! directions and from local minima of the miss over 6000 more. It used scipy's DOP853 at rtol =
+//! atol = 1e-12 and the variational equations. The tables of F2, F3 and F4 agree with closed forms,
+//! which proves that they are complete.
 
 use glam::DVec3;
 use morgana_eikonal::Field;
@@ -13,15 +14,15 @@ use morgana_eikonal::field::{
 use serde_json::Value;
 use std::f64::consts::TAU;
 
-/// Directions and lengths: the tables are good to about 1e-11, rays keep 1e-10 per unit length over a
-/// few units.
+/// Tolerance of directions. The tables are accurate to about 1e-11, and rays keep 1e-10 per unit
+/// length over a few units.
 pub const DIRECTION: f64 = 1e-8;
-/// See [`DIRECTION`]; relative.
+/// Relative tolerance of lengths; see [`DIRECTION`].
 pub const LENGTH: f64 = 1e-8;
-/// The claim of the validation table for J and J/n², relative.
+/// Relative tolerance of J and J/n², as the validation table states it.
 pub const JACOBIAN: f64 = 1e-6;
 
-/// One field with its pairs.
+/// A field with its pairs.
 pub struct Table {
     pub name: &'static str,
     pub field: Field,
@@ -36,7 +37,7 @@ pub struct Pair {
     pub branches: Vec<Branch>,
 }
 
-/// One ray.
+/// A listed ray.
 #[derive(Clone, Copy, Debug)]
 pub struct Branch {
     pub direction_out: DVec3,
@@ -50,7 +51,7 @@ pub struct Branch {
 }
 
 impl Table {
-    /// Whether a point lies in the domain that the listed rays do not leave.
+    /// True if a point lies in the domain that the listed rays do not leave.
     pub fn contains(&self, p: DVec3) -> bool {
         let size = |i: usize| self.domain[i].as_f64().unwrap();
         match self.domain[0].as_str().unwrap() {
@@ -63,7 +64,7 @@ impl Table {
         }
     }
 
-    /// The corners of a box that contains the domain.
+    /// Returns the corners of a box that contains the domain.
     pub fn corners(&self) -> [DVec3; 2] {
         let size = |i: usize| self.domain[i].as_f64().unwrap();
         match self.domain[0].as_str().unwrap() {
@@ -73,14 +74,14 @@ impl Table {
         }
     }
 
-    /// The longest optical path of a listed ray.
+    /// Returns the longest optical path of a listed ray.
     pub fn longest(&self) -> f64 {
         let branches = self.pairs.iter().flat_map(|p| &p.branches);
         branches.map(|b| b.optical_length).fold(0.0, f64::max)
     }
 }
 
-/// All eight tables.
+/// Reads all eight tables.
 pub fn tables() -> Vec<Table> {
     let data: Value = serde_json::from_str(include_str!("../../data/connections.json")).unwrap();
     fields()
@@ -147,12 +148,12 @@ fn vector(v: &Value) -> DVec3 {
 }
 
 impl Branch {
-    /// Whether a ray found leaves in this direction.
+    /// True if the found ray leaves in this direction.
     pub fn is(&self, found: &morgana_eikonal::ConnectingRay) -> bool {
         self.direction_out.distance(found.direction_out) < DIRECTION
     }
 
-    /// Whether everything about a ray found is as listed.
+    /// True if all quantities of the found ray agree with the listed ones.
     pub fn agrees(&self, found: &morgana_eikonal::ConnectingRay, n2_x: f64) -> bool {
         let close = |a: f64, b: f64, tolerance: f64| (a - b).abs() <= tolerance * b.abs();
         self.is(found)

@@ -1,4 +1,4 @@
-//! What interfaces do to rays, against Snell's law, finite differences of traced rays, and the
+//! Rays at interfaces, compared with Snell's law, finite differences of traced rays, and the
 //! reciprocity of ray tubes (docs/theory.md#interfaces).
 
 pub mod world;
@@ -38,13 +38,13 @@ const START: DVec3 = DVec3::new(0.1, -0.05, -0.8);
 
 #[test]
 fn tangents_are_the_derivative_of_traced_rays() {
-    // Central differences: their own error is eps² times third derivatives of order ten, and the
-    // rays' 1e-12 over eps.
+    // Central differences have an error of EPS² times third derivatives of order ten, and an error
+    // of 1e-12 over EPS from the rays.
     const EPS: f64 = 3e-5;
     for rule in [Rule::Refract, Rule::Reflect, Rule::Pass] {
         for (w, world) in worlds(rule).iter().enumerate() {
             let direction = DVec3::new(0.1, 0.15, 1.0).normalize();
-            // Through one wall of the plane, one of the ball: the second wall is beyond σ.
+            // Pass the one wall of the plane, or one wall of the ball: its second wall is beyond σ.
             let (end, events) = trace(world, START, direction, 0.9);
             assert_eq!(events, 1);
             for (k, t) in perpendicular_basis(direction).into_iter().enumerate() {
@@ -65,7 +65,7 @@ fn tangents_are_the_derivative_of_traced_rays() {
     }
 }
 
-/// A random interface and an incoming velocity that is not totally reflected.
+/// Draws an interface and an incoming velocity that is not totally reflected.
 fn random_interface(rng: &mut Rng) -> (Interface, DVec3) {
     let vector = |rng: &mut Rng| DVec3::from_array(rng.direction());
     let normal = vector(rng);
@@ -104,7 +104,7 @@ fn snells_law_and_mirror_law_hold() {
         assert!(flat(refracted).distance(flat(v)) < 1e-14);
         assert!((refracted.length_squared() - interface.far.0).abs() < 1e-13);
         assert!(n.dot(refracted) * n.dot(v) > 0.0);
-        // n sin θ = n' sin θ', in the plane of incidence.
+        // Snell's law: n sin θ = n' sin θ', in the plane of incidence.
         let sine = |v: DVec3| v.normalize().cross(n).length();
         let (here, there) = (interface.near.0.sqrt(), interface.far.0.sqrt());
         assert!((here * sine(v) - there * sine(refracted)).abs() < 1e-13);
@@ -153,7 +153,7 @@ fn the_tangent_maps_of_refraction_and_reflection_are_symplectic() {
         };
         for rule in [Rule::Refract, Rule::Reflect] {
             let after = interface.tangents(rule, v, &tangents).unwrap();
-            // cos θ ≥ 0.1 keeps the columns below 1e3, their products below 1e6.
+            // cos θ ≥ 0.1 keeps the columns below 1e3, and their products below 1e6.
             assert!((form(&after) - form(&tangents)).abs() < 1e-9, "{rule:?}");
         }
     }
@@ -182,7 +182,8 @@ fn the_sign_of_the_normal_is_immaterial() {
 
 #[test]
 fn connections_through_a_refracting_ball_are_reciprocal() {
-    // J(x→y)/n(x)² = J(y→x)/n(y)² across walls, docs/theory.md#densities-of-edges; both ends inside, one, or none.
+    // Reciprocity across walls: J(x→y)/n(x)² = J(y→x)/n(y)², docs/theory.md#densities-of-edges.
+    // Both ends are inside, or one, or none.
     let mut rng = Rng::new(14);
     let mut solver = Solver::new(Tolerance::new(1e-11));
     for world in worlds(Rule::Refract).iter().skip(2) {
@@ -195,7 +196,8 @@ fn connections_through_a_refracting_ball_are_reciprocal() {
                 continue;
             };
             let last = solver.pieces().last().map(|p| p.region);
-            // Grazing a wall, a ray can be reflected and end on the other side of it than y's.
+            // Skip rays that are reflected at grazing incidence and end on the other side of the
+            // wall than y.
             if last != Some(region(y)) {
                 continue;
             }
@@ -220,8 +222,8 @@ fn connections_through_a_refracting_ball_are_reciprocal() {
 
 #[test]
 fn a_ball_of_one_index_images_as_its_focal_length_says() {
-    // A ball's principal planes pass through its centre: close to the axis a parallel beam comes to
-    // a height 1 − y/f at distance y behind the centre, f = R n/(2(n − 1)).
+    // The principal planes of a ball pass through its centre. Close to the axis, a parallel beam
+    // has the height 1 − y/f at the distance y behind the centre, with f = R n/(2(n − 1)).
     let n = 1.5;
     let world = TwoRegions {
         surface: Surface::Ball(DVec3::ZERO, 1.0),

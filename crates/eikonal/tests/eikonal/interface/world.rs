@@ -1,4 +1,4 @@
-//! Two regions with a surface between them, and rays traced through it.
+//! Two regions with a surface between them, and a tracer of rays through it.
 
 use glam::{DMat3, DVec3};
 use morgana_eikonal::connect::{Crossing, World};
@@ -10,21 +10,22 @@ use morgana_eikonal::{Field, Tolerance, Work};
 /// Two fields and the surface between them.
 pub struct TwoRegions {
     pub surface: Surface,
-    /// On the side that the normal points away from (inside a ball), and beyond.
+    /// Fields on both sides: first the side that the normal points away from (the inside of a
+    /// ball), then the other.
     pub fields: [Field; 2],
     pub rule: Rule,
 }
 
 #[derive(Clone, Copy)]
 pub enum Surface {
-    /// Through a point, with a unit normal.
+    /// A plane through a point, with a unit normal.
     Plane(DVec3, DVec3),
-    /// Center and radius.
+    /// A ball with centre and radius.
     Ball(DVec3, f64),
 }
 
 impl Surface {
-    /// Unit normal and shape operator at a point of the surface.
+    /// Returns the unit normal and the shape operator at a point of the surface.
     fn at(&self, x: DVec3) -> (DVec3, DMat3) {
         match *self {
             Surface::Plane(_, normal) => (normal, DMat3::ZERO),
@@ -36,7 +37,7 @@ impl Surface {
         }
     }
 
-    /// The first θ on an arc that starts off the surface.
+    /// Returns the first θ at which an arc that starts off the surface meets it.
     fn first(&self, arc: &Arc) -> Option<f64> {
         let control = &arc.control();
         match *self {
@@ -83,8 +84,8 @@ impl World for TwoRegions {
     }
 }
 
-/// Follows a ray with tangents from `region` over a span of σ, through whatever it meets, written
-/// independently of the solver's own loop. Returns also the number of events.
+/// Traces a ray with tangents from `region` over a span of σ, through all surfaces that it meets.
+/// The code is independent of the solver's own loop. Returns also the number of events.
 #[allow(dead_code)] // Not by all who use these worlds.
 pub fn trace(world: &TwoRegions, x: DVec3, direction: DVec3, sigma: f64) -> (Node<Tangents>, u32) {
     let mut region = 1;
