@@ -1,4 +1,5 @@
-//! A sweep in parallel: the light that a screen behind a graded ball gets, over the strength of the ball's index.
+//! A sweep in parallel: the light on a screen behind a graded ball, over the strength of the ball's
+//! index.
 //!
 //! `cargo run --release -p morgana-render --example sweep`
 
@@ -12,8 +13,8 @@ use std::error::Error;
 const STRENGTHS: [f64; 5] = [0.0, 0.05, 0.1, 0.15, 0.2];
 
 fn main() -> Result<(), Box<dyn Error>> {
-    // Scenes are built first, so that a mistake is reported before anything is rendered. Each render spreads over the same
-    // threads; what it gives depends on its seed alone.
+    // Build all scenes first, so that mistakes are reported before rendering. Each render uses the
+    // same pool of threads; its result depends on its seed alone.
     let scenes = STRENGTHS
         .map(scene)
         .into_iter()
@@ -30,7 +31,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// A ball of haze whose index rises by `strength` towards its middle, lit by a point.
+/// Builds a scene of a hazy ball whose index rises by `strength` towards its middle, lit by a
+/// point.
 fn scene(strength: f64) -> Result<Scene, Box<dyn Error>> {
     let bump = Gaussian::new(1.0, strength, [0.0; 3].into(), 0.4)?;
     let ball = Sphere::around([0.0; 3].into(), 1.0)?;

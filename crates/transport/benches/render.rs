@@ -1,15 +1,16 @@
-//! How renders scale with threads, and what a graded index costs.
+//! Scaling of renders with threads, and cost of a graded index.
 //!
 //! ```text
 //! cargo bench -p morgana-transport
 //! ```
 //!
-//! Each row renders one scene with one thread and with two, in turn, and the same scene with the
-//! index held constant; ratios are medians over the rounds of times within one round.
+//! Each row renders one scene with one thread and with two, in turn, and the same scene with a
+//! constant index. Ratios are medians over the rounds of times within one round.
 //!
-//! How much faster two threads are is compared with what the machine gives at that moment: the
-//! same ratio for a loop of arithmetic that shares nothing, timed in the same round. On two idle
-//! cores that is 2, and the goal of 1.9 is a share of 0.95; on a busy machine both fall.
+//! The speed-up by two threads is compared with the speed-up that the machine offers at that
+//! moment: the ratio for an arithmetic loop without shared data, timed in the same round. On two
+//! idle cores the loop reaches 2, and the goal of 1.9 for renders is a fraction of 0.95. On a busy
+//! machine both ratios fall.
 
 #[path = "../tests/transport/common/mod.rs"]
 mod common;
@@ -59,7 +60,7 @@ fn bump() -> Field {
     Gaussian::new(1.33, 0.05, DVec3::ZERO, 0.4).unwrap().into()
 }
 
-/// The bump, sampled.
+/// The bump, sampled on a grid.
 fn grid() -> Field {
     let cube = Aabb::new(DVec3::splat(-1.05), DVec3::splat(1.05));
     let field = bump();
@@ -121,7 +122,7 @@ fn median(mut values: Vec<f64>) -> f64 {
     values[values.len() / 2]
 }
 
-/// Seconds for tasks that have nothing in common, as many as a render has.
+/// Returns the time in seconds of independent arithmetic tasks, as many as a render has.
 fn arithmetic(pool: &ThreadPool) -> f64 {
     let task = |seed: u64| {
         let mut x = black_box(seed as f64 * 1e-3);

@@ -1,12 +1,13 @@
-//! What connections cost where nothing bends rays: closed forms, and the same rays shot by the solver.
+//! Costs of connections where nothing bends rays: closed forms, compared with the solver's
+//! shooting.
 //!
 //! ```text
 //! cargo bench -p morgana-transport --bench straight
 //! ```
 //!
-//! Medians over rounds of times within one round, for pairs of points inside a cube of fog and across its
-//! index-matched boundary. A whole connection has the depth and the visibility of the ray, too; the
-//! solver's time is that of the bare ray.
+//! Times are medians over rounds, for pairs of points inside a cube of fog and across its
+//! index-matched boundary. A whole connection includes the optical depth and the visibility of the
+//! ray; the solver's time is that of the ray alone.
 
 #[path = "../tests/transport/common/mod.rs"]
 mod common;
@@ -51,7 +52,8 @@ fn scene() -> Scene {
     Scene::new(parts).expect("the scene is valid")
 }
 
-/// Pairs of points in the cube, the second one moved off the centre by a factor.
+/// Prints a row for pairs of points in the cube, the second point moved away from the centre by a
+/// factor.
 fn row(scene: &Scene, name: &str, factor: f64) {
     let mut ws = Workspace::new(scene.tolerance());
     let mut solver = Solver::new(scene.tolerance());

@@ -1,4 +1,5 @@
-//! Directions of a given accuracy, by our way to connect and the plain one, each as cheap as it can be.
+//! Cost of a given accuracy of directions, for morgana's solver and for the plain shooting method.
+//! Each method runs at the cheapest setting that reaches the accuracy.
 
 use crate::methods::{self, MISS, Outcome, Pairs, cases, chord, errors, pairs, plain};
 use crate::timing::{Task, race};
@@ -6,15 +7,15 @@ use morgana_eikonal::Field;
 use std::hint::black_box;
 use testkit::Rng;
 
-/// Directions are to be as good as this, in radians,
+/// Required accuracy of directions, in radians. A fraction [`EXCEPT`] of the pairs may exceed it.
 const ACCURACY: f64 = 1e-5;
-/// but for this share of the pairs: next to foci there is no end of errors.
+/// Fraction of the pairs that may exceed [`ACCURACY`]: next to foci errors have no bound.
 const EXCEPT: f64 = 0.01;
 const PAIRS: usize = 1000;
 const ROUNDS: usize = 15;
-/// Tolerances of ours, loosest first.
+/// Tolerances of morgana's solver, loosest first.
 const TOLERANCES: [f64; 8] = [1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5, 5e-6];
-/// Numbers of steps of the plain way, fewest first.
+/// Numbers of steps of the plain shooting method, fewest first.
 const STEPS: std::ops::RangeInclusive<usize> = 3..=40;
 
 pub fn run() {

@@ -1,4 +1,4 @@
-//! Connections between random pairs of points: how many per second, and how much work each is.
+//! Connections between random pairs of points: connections per second, and the work of each.
 
 use crate::setup::{BALL, acoustic, ball_grid, in_ball, lumps, luneburg, strong_sound};
 use crate::timing::{Task, race};
@@ -72,7 +72,7 @@ fn row(name: &str, field: &Field, pairs: &[[DVec3; 2]], tolerance: Tolerance) {
     );
 }
 
-/// Connects every pair; how many were found, and the work.
+/// Connects every pair. Returns the number of rays found, and the work.
 fn connect(field: &Field, pairs: &[[DVec3; 2]], tolerance: Tolerance) -> (u64, Work) {
     let mut solver = Solver::new(tolerance);
     let world = Unbounded(field);

@@ -1,4 +1,4 @@
-//! Field evaluations against the multiply-adds that they need at least.
+//! Time of field evaluations, relative to the smallest number of multiply-adds that they need.
 
 use crate::setup::{BALL, acoustic, ball_grid, bump, bump_grid, in_ball, lumps, luneburg};
 use crate::timing::{Task, race};
@@ -7,16 +7,18 @@ use morgana_eikonal::Field;
 use std::hint::black_box;
 use testkit::Rng;
 
-/// Multiply-adds that contract 4³ coefficients with the weights of value and derivative along one
-/// axis (2·64), then of one more (3·16: value-value, value-first, first-value) and the last (4·4).
+/// Multiply-adds of a value and a gradient. Contracting 4³ coefficients with the weights of value
+/// and derivative takes 2·64 along the first axis, 3·16 along the second (value-value, value-first,
+/// first-value), and 4·4 along the last.
 const GRADIENT: u64 = 2 * 64 + 3 * 16 + 4 * 4;
-/// The same with second derivatives: three weights, then six combinations, then ten sums.
+/// Multiply-adds of a value, a gradient and a Hessian: three weights along the first axis, then six
+/// combinations, then ten sums.
 const JET: u64 = 3 * 64 + 6 * 16 + 10 * 4;
 
 const POSITIONS: usize = 4096;
-/// Samples along an edge of a grid that caches do not hold.
+/// Samples along an edge of a grid that is too large for the caches.
 const LARGE: usize = 384;
-/// So many places that caches do not hold what they touch.
+/// Number of positions, so large that the caches do not hold the coefficients that they touch.
 const MANY: usize = 1 << 17;
 const ROUNDS: usize = 41;
 
@@ -44,7 +46,7 @@ pub fn run() {
     large(&mut rng);
 }
 
-/// A grid that caches do not hold.
+/// Times evaluations in a grid that is too large for the caches.
 fn large(rng: &mut Rng) {
     let grid = bump_grid(LARGE);
     let spacing = 2.0 / (LARGE - 1) as f64;
@@ -84,7 +86,8 @@ fn row(name: &str, field: &Field, positions: &[DVec3]) {
         black_box(sum);
         positions.len() as u64
     });
-    // Which number of accumulators fills the pipeline best is the machine's business.
+    // Try several numbers of accumulators: the one that fills the pipeline best depends on the
+    // machine.
     let mut tasks = vec![gradient, jet, bound::<8>(), bound::<16>(), bound::<24>()];
     let times = race(ROUNDS, &mut tasks);
     let best = (2..5).min_by(|&a, &b| times.of(a).total_cmp(&times.of(b)));
@@ -98,7 +101,7 @@ fn row(name: &str, field: &Field, positions: &[DVec3]) {
     );
 }
 
-/// Multiply-adds in registers, on `N` accumulators.
+/// Returns a task of multiply-adds in registers, on `N` accumulators.
 fn bound<const N: usize>() -> Task<'static> {
     Box::new(|| {
         let mut sums = black_box([1.0_f64; N]);

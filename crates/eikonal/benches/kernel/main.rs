@@ -1,16 +1,17 @@
-//! What rays and connections cost.
+//! Costs of rays and connections.
 //!
 //! ```text
 //! cargo bench -p morgana-eikonal                    # everything, a few minutes
 //! cargo bench -p morgana-eikonal -- connections     # one part: evaluation, precision, steps, connections, methods, accuracy
 //! ```
 //!
-//! Wall times depend on the machine and on what else runs there, so that every table gives
-//! *ratios* of times measured in turn within one run; absolute times stand beside them for
-//! orientation only. The unit of the first table is the time of the multiply-adds that the
-//! evaluation of a tricubic spline needs at least, at the rate that the machine reaches in
-//! registers with the instruction set of the build (SSE2 on x86-64 by default). Evaluation itself
-//! uses the instructions that the processor has, whatever the build.
+//! Wall times depend on the machine and on its load. Every table therefore gives *ratios* of times
+//! measured in turn within one run. Absolute times stand beside the ratios for orientation only.
+//!
+//! The unit of the first table is the time of the multiply-adds that evaluating a tricubic spline
+//! needs at least. Their rate is the one that the machine reaches in registers with the instruction
+//! set of the build (SSE2 on x86-64 by default). Evaluation itself uses the instructions that the
+//! processor has, whatever the build.
 
 mod accuracy;
 mod connections;

@@ -1,5 +1,6 @@
-//! Ways to connect two points, side by side: ours, the plain one, ours from random directions, the published
-//! one, and what the search for further branches costs that the certificate saves.
+//! Methods that connect two points, side by side: morgana's solver, the plain shooting method,
+//! morgana's solver from random directions, and the published method. A last table gives the cost
+//! of the search for further branches, which the certificate saves.
 
 use crate::plain::Plain;
 use crate::published::{Effort, Method};
@@ -14,20 +15,20 @@ use testkit::Rng;
 
 const PAIRS: usize = 40;
 const ROUNDS: usize = 7;
-/// Ours; directions are then good to 1e-5.
+/// Tolerance of morgana's solver; directions are then good to 1e-5.
 const TOLERANCE: f64 = 1e-4;
-/// Of the others, relative to the distance.
+/// Accepted miss of the other methods, relative to the distance.
 pub const MISS: f64 = 1e-5;
-/// Steps of the plain way: its directions are then about as good.
+/// Steps of the plain shooting method, for directions about as accurate as morgana's.
 pub const STEPS: usize = 8;
-/// Directions closer than this, in radians, are those of the same ray.
+/// Largest angle in radians between two directions that count as one ray.
 const SAME: f64 = 1e-2;
-/// The fast ways run this many times per round.
+/// Number of runs per round, for the fast methods.
 const REPEATS: u64 = 10;
-/// Ways that start at random start again until the ray arrives, up to this many times.
+/// Maximum number of random starts until the ray arrives, for the methods that start at random.
 const RESTARTS: usize = 10;
 
-/// What a way found, a direction for each pair, and what it took.
+/// Results of a method: a direction for each pair, and the work.
 pub struct Outcome {
     pub directions: Vec<Option<DVec3>>,
     shots: u64,
@@ -51,7 +52,7 @@ pub fn cases(rng: &mut Rng) -> [Case; 6] {
     ]
 }
 
-/// Uniform pairs in a ball.
+/// Draws uniform pairs of points in a ball.
 pub fn pairs(rng: &mut Rng, radius: f64, count: usize) -> Vec<[DVec3; 2]> {
     (0..count)
         .map(|_| [in_ball(rng, radius), in_ball(rng, radius)])
@@ -132,13 +133,14 @@ fn table(name: &str, field: &Field, radius: f64, pairs: &Pairs) {
     }
 }
 
-/// The largest error of directions of the same ray.
+/// Returns the largest error among directions that belong to one ray in both lists.
 fn worst(directions: &[Option<DVec3>], exact: &[Option<DVec3>]) -> f64 {
     let errors = errors(directions, exact).into_iter();
     errors.filter(|&e| e < SAME).fold(0.0, f64::max)
 }
 
-/// Errors of directions, of another ray, too; infinite where none was found.
+/// Returns the errors of all directions, including those that belong to another ray. The error is
+/// infinite where no direction was found.
 pub fn errors(directions: &[Option<DVec3>], exact: &[Option<DVec3>]) -> Vec<f64> {
     let pairs = directions.iter().zip(exact);
     let error = |(a, b): (&Option<DVec3>, &Option<DVec3>)| Some((*a)?.distance((*b)?));
@@ -165,7 +167,7 @@ fn outcome(directions: Vec<Option<DVec3>>, solver: &Solver<()>) -> Outcome {
     }
 }
 
-/// Ours.
+/// Connects the pairs by morgana's solver, from the chord.
 pub fn chord(field: &Field, pairs: &Pairs, tolerance: f64) -> Outcome {
     let mut solver = Solver::new(Tolerance::new(tolerance));
     let connect = |[x, y]: &[DVec3; 2]| solver.connect(&Unbounded(field), *x, (), *y);
@@ -174,7 +176,7 @@ pub fn chord(field: &Field, pairs: &Pairs, tolerance: f64) -> Outcome {
     outcome(directions, &solver)
 }
 
-/// From the chord, by rays of so many steps.
+/// Connects the pairs by the plain shooting method from the chord, along rays of `steps` steps.
 pub fn plain(field: &Field, pairs: &Pairs, steps: usize) -> Outcome {
     let way = Plain {
         steps,
@@ -196,7 +198,7 @@ impl Effort {
     }
 }
 
-/// Newton's method from the closest approach of the ray in a direction.
+/// Runs Newton's method from the closest approach of the ray in a direction.
 fn from(
     solver: &mut Solver<()>,
     field: &Field,
@@ -213,7 +215,7 @@ fn from(
     Some(solver.solve(&world, &start, y).ok()?.direction_out)
 }
 
-/// A uniform direction of the hemisphere about the chord.
+/// Draws a uniform direction of the hemisphere about the chord.
 fn hemisphere(rng: &mut Rng, [x, y]: [DVec3; 2]) -> DVec3 {
     let d = DVec3::from_array(rng.direction());
     if d.dot(y - x) < 0.0 { -d } else { d }
@@ -246,7 +248,8 @@ fn published(field: &Field, radius: f64, pairs: &Pairs) -> Outcome {
     effort.outcome(directions)
 }
 
-/// The primary branch, and one start of the search for others unless there can be none.
+/// Finds the primary branch, and starts one search for other branches, unless the certificate
+/// excludes them.
 fn searched(field: &Field, pairs: &Pairs, certificate: Option<&Uniqueness>) -> Outcome {
     let mut solver = Solver::new(Tolerance::new(TOLERANCE));
     let mut rng = Rng::new(5);

@@ -1,24 +1,24 @@
-//! The plain way to connect two points: Newton's method from the chord, on rays of equal steps of the
-//! classical Runge–Kutta–Nyström method of fourth order, differentiated.
+//! The plain shooting method: Newton's method from the chord, along rays of equal steps. The steps
+//! are those of the classical Runge–Kutta–Nyström method of fourth order, differentiated.
 
 use crate::published::Effort;
 use glam::{DMat3, DVec3};
 use morgana_eikonal::ray::perpendicular_basis;
 use morgana_eikonal::{Field, Jet};
 
-/// How rays are followed and when they count as having arrived.
+/// Parameters of the plain shooting method: steps of rays, and the accepted miss.
 #[derive(Clone, Copy)]
 pub struct Plain {
-    /// Steps of every ray.
+    /// Number of steps of every ray.
     pub steps: usize,
-    /// Accepted miss over distance.
+    /// Accepted miss, relative to the distance.
     pub tolerance: f64,
 }
 
-/// Shots of one connection.
+/// Maximum number of rays traced for one connection.
 const MOST_SHOTS: usize = 20;
 
-/// Position, velocity and two tangents of each.
+/// Position and velocity of a ray, and of its two tangents.
 #[derive(Clone, Copy)]
 struct State {
     x: [DVec3; 3],
@@ -26,7 +26,7 @@ struct State {
 }
 
 impl Plain {
-    /// The direction in which the ray from `x` to `y` starts.
+    /// Returns the direction in which the ray from `x` to `y` starts.
     pub fn connect(&self, field: &Field, [x, y]: [DVec3; 2], effort: &mut Effort) -> Option<DVec3> {
         let n = field.n(x);
         let (mut direction, mut sigma) = ((y - x).normalize(), x.distance(y) / n);
@@ -71,7 +71,7 @@ impl Plain {
     }
 }
 
-/// ½∇n² and ½Hess(n²) on the tangents.
+/// Returns ½∇n², and the products of ½Hess(n²) with the two tangents.
 fn forces(jet: &Jet, x: [DVec3; 3]) -> [DVec3; 3] {
     [jet.grad * 0.5, jet.hess * x[1] * 0.5, jet.hess * x[2] * 0.5]
 }

@@ -1,5 +1,5 @@
-//! Work and precision: errors of rays over field evaluations, for several methods of equal steps and for the
-//! flow that chooses its own.
+//! Errors of rays against field evaluations, for several methods of equal steps and for morgana's
+//! flow, which chooses its own steps.
 
 use crate::setup::{BALL, acoustic, ball_grid, bump, in_ball, luneburg};
 use glam::DVec3;
@@ -8,18 +8,19 @@ use morgana_eikonal::{Field, Tolerance, Work};
 use testkit::Rng;
 
 const RAYS: usize = 300;
-/// Evaluations of a ray.
+/// Numbers of field evaluations per ray.
 const BUDGETS: [usize; 5] = [12, 24, 48, 96, 192];
 
-/// A splitting method: velocities are kicked, positions drift, in turn, beginning and ending with a kick. The
-/// last kick of a step and the first of the next share an evaluation.
+/// Splitting method: kicks of the velocity alternate with drifts of the position. It begins and
+/// ends with a kick. The last kick of a step and the first of the next share an evaluation.
 struct Splitting {
     kicks: Vec<f64>,
     drifts: Vec<f64>,
 }
 
 impl Splitting {
-    /// From the first kicks and drifts, the last ones of which make each half of the step complete.
+    /// Creates a symmetric method from its first kicks and drifts. The last kick and the last drift
+    /// follow, because the coefficients of a step add up to one.
     fn symmetric(kicks: &[f64], drifts: &[f64], middle_is_kick: bool) -> Self {
         let half = |c: &[f64], middle: bool| {
             let sum: f64 = c.iter().sum();
@@ -55,7 +56,8 @@ impl Splitting {
     }
 }
 
-/// The classical Runge–Kutta–Nyström method of fourth order, of three evaluations.
+/// Traces a ray by the classical Runge–Kutta–Nyström method of fourth order, with three evaluations
+/// per step.
 fn nystrom(field: &Field, [mut x, mut v]: [DVec3; 2], sigma: f64, steps: usize) -> DVec3 {
     let h = sigma / steps as f64;
     let force = |x: DVec3| field.gradient(x).1 * 0.5;
@@ -69,8 +71,8 @@ fn nystrom(field: &Field, [mut x, mut v]: [DVec3; 2], sigma: f64, steps: usize) 
     x
 }
 
-/// Names, evaluations per step, and the methods. Coefficients: Yoshida 1990; Blanes and Moan 2002, SRKN₆ᵇ (that
-/// of the flow) and SRKN₁₁ᵇ.
+/// Names of the methods, their evaluations per step, and their coefficients. Sources: Yoshida 1990;
+/// Blanes and Moan 2002, SRKN₆ᵇ (which the flow uses) and SRKN₁₁ᵇ.
 fn methods() -> [(&'static str, usize, Option<Splitting>); 5] {
     let root = 2f64.cbrt();
     let yoshida = 1.0 / (2.0 - root);
@@ -158,7 +160,7 @@ struct Ray {
 }
 
 impl Ray {
-    /// From one uniform point of the ball towards another.
+    /// Creates a ray from one uniform point of the ball towards another.
     fn new(field: &Field, radius: f64, rng: &mut Rng) -> Self {
         let [x, y] = [in_ball(rng, radius), in_ball(rng, radius)];
         let (n, length) = (field.n(x), x.distance(y));

@@ -1,6 +1,6 @@
-//! The published way to connect two points (Pediredla et al., "Path Tracing Estimators for Refractive
-//! Radiative Transfer", ACM TOG 39(6), 2020): quasi-Newton minimisation of the squared miss over the
-//! direction, from random directions, along rays of a fixed step.
+//! The published method to connect two points (Pediredla et al., "Path Tracing Estimators for
+//! Refractive Radiative Transfer", ACM TOG 39(6), 2020). It minimises the squared miss over the
+//! direction by a quasi-Newton method, from random directions, along rays of a fixed step.
 
 use glam::{DMat2, DVec2, DVec3};
 use morgana_eikonal::Field;
@@ -13,22 +13,23 @@ pub struct Effort {
     pub evaluations: u64,
 }
 
-/// How rays are followed and when they count as having arrived.
+/// Parameters of the published method: step and length of rays, and the accepted miss.
 #[derive(Clone, Copy)]
 pub struct Method {
     /// Arc length of a step.
     pub step: f64,
     /// Longest ray.
     pub longest: f64,
-    /// Accepted miss over distance.
+    /// Accepted miss, relative to the distance.
     pub tolerance: f64,
 }
 
-/// Shots of one minimisation.
+/// Maximum number of rays traced in one minimisation.
 const MOST_SHOTS: u64 = 60;
 
 impl Method {
-    /// Minimises the miss from a direction; the direction of the ray, if it then arrives.
+    /// Minimises the miss from a start direction. Returns the final direction if the ray then
+    /// arrives.
     pub fn connect(
         &self,
         field: &Field,
@@ -51,7 +52,7 @@ impl Method {
                 step = -slope * first;
             }
             let mut scale = 1.0;
-            // Armijo's rule.
+            // Halve the step until Armijo's rule accepts it.
             let (next, next_cost, next_slope) = loop {
                 if shots >= most || scale < 1e-8 {
                     return None;
@@ -70,8 +71,8 @@ impl Method {
         Some((direction + basis[0] * at.x + basis[1] * at.y).normalize())
     }
 
-    /// The squared miss at the closest approach of the ray in a direction given by two coordinates, its
-    /// derivative, and the shots so far.
+    /// Returns the squared miss at the closest approach of a ray, its derivative, and the number of
+    /// rays traced. Two coordinates give the direction of the ray.
     fn miss(
         &self,
         field: &Field,
@@ -90,7 +91,8 @@ impl Method {
         let (mut dx, mut dv) = ([DVec3::ZERO; 2], basis.map(|t| across(t) * n));
         let mut length = 0.0;
         while (y - x).dot(v) > 0.0 && length < self.longest {
-            // Störmer's method, on the ray and its tangents; the last step ends where the ray is closest.
+            // Advance the ray and its tangents by Störmer's method; the last step ends at the
+            // closest approach.
             let left = (y - x).dot(v) / v.length_squared();
             let h = (self.step / v.length()).min(left.max(1e-9));
             v += jet.grad * (0.25 * h);
@@ -116,7 +118,7 @@ impl Method {
     }
 }
 
-/// The BFGS update of the inverse Hessian, for a step and the change of the slope over it.
+/// Returns the inverse Hessian after a BFGS update, for a step and the change of the slope over it.
 fn updated(inverse: DMat2, step: DVec2, change: DVec2) -> DMat2 {
     let curvature = step.dot(change);
     if curvature <= 1e-300 {

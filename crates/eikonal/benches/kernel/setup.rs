@@ -1,4 +1,4 @@
-//! The fields that are timed.
+//! Fields used in the measurements.
 
 use glam::DVec3;
 use morgana_eikonal::field::{Acoustic, AcousticMode, Bspline, Gaussian, Luneburg, Placement, Sum};
@@ -16,7 +16,7 @@ pub fn ball_grid() -> Field {
     grid.unwrap().into()
 }
 
-/// The bump sampled over the unit ball, so many samples along each edge.
+/// The bump sampled over the unit ball, with `samples` samples along each edge.
 pub fn bump_grid(samples: usize) -> Field {
     let (bump, cube) = (bump(), Aabb::new(-DVec3::ONE, DVec3::ONE));
     let grid = Bspline::from_fn([samples; 3], cube, Placement::Nodes, |x| bump.n(x));
@@ -31,7 +31,7 @@ pub fn luneburg() -> Field {
     Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap().into()
 }
 
-/// One cylindrical wave, three periods over the unit ball.
+/// A cylindrical wave of three periods over the unit ball.
 pub fn acoustic(delta: f64) -> Field {
     let mode = AcousticMode::new(delta, 3, 10.0, 0.3).unwrap();
     Acoustic::new(1.3333, DVec3::ZERO, DVec3::X, DVec3::Z, vec![mode])
@@ -47,7 +47,8 @@ pub fn strong_sound() -> Field {
         .into()
 }
 
-/// Twelve bumps and dips with random places in the unit ball and a joint contrast of about `delta`.
+/// Twelve bumps and dips at random positions in the unit ball, with a total contrast of about
+/// `delta`.
 pub fn lumps(delta: f64, rng: &mut Rng) -> Field {
     let terms = (0..12).map(|_| {
         let center = in_ball(rng, 1.0);

@@ -1,4 +1,4 @@
-//! Steps of rays, with and without tangents.
+//! Costs of steps of rays, with and without tangents.
 
 use crate::setup::{acoustic, ball_grid, bump, luneburg};
 use crate::timing::{Task, race};
@@ -34,7 +34,7 @@ fn starts(radius: f64) -> Vec<(DVec3, DVec3)> {
     (0..RAYS).map(|i| (spread(i), aim(i))).collect()
 }
 
-/// Rays across the ball; counts accepted steps.
+/// Traces rays across the ball. Returns the number of accepted steps.
 fn rays<V: Variation>(field: &Field, radius: f64, variation: impl Fn(f64, DVec3) -> V) -> u64 {
     let mut work = Work::default();
     for (x, direction) in starts(radius) {
@@ -56,7 +56,7 @@ fn row(name: &str, field: &Field, radius: f64) {
         .iter()
         .map(|(x, d)| *x + *d * radius)
         .collect();
-    // Six evaluations a step: what is left is the step's own arithmetic and control.
+    // A step takes six evaluations. Its remaining time is its own arithmetic and control.
     let mut tasks: Vec<Task> = vec![
         Box::new(|| rays(field, radius, |_, _| ())),
         Box::new(|| rays(field, radius, tangents)),
@@ -74,7 +74,7 @@ fn row(name: &str, field: &Field, radius: f64) {
     );
 }
 
-/// Evaluates at every place, ninety times over; the unit is the six evaluations of one step.
+/// Evaluates a function at every position, ninety times. One unit is the six evaluations of a step.
 fn evaluations(places: &[DVec3], evaluate: impl Fn(DVec3) -> DVec3) -> u64 {
     let mut sum = DVec3::ZERO;
     for _ in 0..90 {

@@ -1,8 +1,10 @@
-//! Processor time of tasks that take turns: on a busy machine, time on the wall is that of others.
+//! Processor time of tasks that take turns. On a busy machine wall time would include other
+//! programs.
 
 use cpu_time::ProcessTime;
 
-/// Seconds of processor time of each task, for every round but the first, which warms up.
+/// Returns the processor time of each task in seconds for every round, except the first, which
+/// warms up.
 pub fn race(rounds: usize, tasks: &mut [&mut dyn FnMut()]) -> Vec<Vec<f64>> {
     let mut times = vec![Vec::new(); tasks.len()];
     for round in 0..=rounds {

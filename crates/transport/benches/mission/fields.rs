@@ -1,4 +1,4 @@
-//! Connections within one field that nothing bounds.
+//! Connections within one unbounded field.
 
 use crate::clock::{median, race};
 use crate::common::lens;

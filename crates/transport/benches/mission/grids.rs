@@ -1,4 +1,4 @@
-//! The index of the lens from grids of more and more samples: evaluations along rays, and connections.
+//! The index of the lens from grids of increasing size: evaluations along rays, and connections.
 
 use crate::clock::{median, race};
 use crate::common::lens;
@@ -8,13 +8,13 @@ use glam::DVec3;
 use std::hint::black_box;
 use testkit::Rng;
 
-/// Samples along an edge; the last rows again as scenes hold them, by as few samples as serve.
+/// Samples along an edge. The last two rows are condensed grids, as scenes hold them.
 const SAMPLES: [usize; 6] = [64, 128, 384, 512, 384, 512];
 const CONDENSED: std::ops::Range<usize> = 4..6;
-/// The rows between which the exponents of growth are taken: with all samples, and with few.
+/// Rows between which the exponents of growth are taken: with all samples, and with condensed ones.
 const GROWTH: [[usize; 2]; 2] = [[1, 2], [1, 4]];
 const ROUNDS: usize = 11;
-/// So many places that caches do not hold what they touch.
+/// Number of positions, so large that the caches do not hold the coefficients that they touch.
 const PLACES: usize = 1 << 16;
 const PAIRS: usize = 4000;
 
@@ -78,12 +78,12 @@ pub fn table() {
     }
 }
 
-/// A point that is spread evenly over the ball.
+/// Draws a uniform point of the ball.
 fn inside(rng: &mut Rng) -> DVec3 {
     DVec3::from_array(rng.direction()) * (lens::RADIUS * rng.next_1d().cbrt())
 }
 
-/// Places along lines through the ball, a step apart.
+/// Returns positions along lines through the ball, a step apart.
 fn along_rays(rng: &mut Rng, step: f64) -> Vec<DVec3> {
     let mut places = Vec::new();
     while places.len() < PLACES {
@@ -95,7 +95,7 @@ fn along_rays(rng: &mut Rng, step: f64) -> Vec<DVec3> {
     places
 }
 
-/// Value, gradient and Hessian at each place.
+/// Evaluates value, gradient and Hessian at each position.
 fn jets(field: &Field, places: &[DVec3]) {
     let mut sum = DVec3::ZERO;
     for &x in places {
@@ -105,7 +105,7 @@ fn jets(field: &Field, places: &[DVec3]) {
     black_box(sum);
 }
 
-/// Connects pairs at the default tolerance. Returns how many evaluations that takes.
+/// Connects pairs at the default tolerance. Returns the number of evaluations.
 fn connect(field: &Field, pairs: &[[DVec3; 2]]) -> u64 {
     let mut solver = Solver::new(Tolerance::default());
     let world = Unbounded(field);

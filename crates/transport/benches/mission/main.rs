@@ -1,13 +1,13 @@
-//! What connections and samples cost where rays bend: through the wall of a lens, within it, through sound, and
-//! through large grids.
+//! Costs of connections and samples where rays bend: through the wall of a lens, within it, through
+//! sound, and through large grids.
 //!
 //! ```text
 //! cargo bench -p morgana-transport --bench mission               # everything
 //! cargo bench -p morgana-transport --bench mission -- fields     # one table: walls, fields, grids, renders
 //! ```
 //!
-//! Times are processor time, medians over rounds in which the rows of a table take turns. All other
-//! numbers are counts, the same on every machine.
+//! Times are processor times, medians over rounds in which the rows of a table take turns. All
+//! other numbers are counts, equal on every machine.
 
 #[path = "../../tests/transport/common/mod.rs"]
 mod common;

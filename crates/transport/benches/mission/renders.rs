@@ -1,4 +1,4 @@
-//! Samples of renders of the lens.
+//! Costs of samples in renders of the lens.
 
 use crate::clock::median;
 use crate::common::lens;
@@ -11,9 +11,9 @@ use morgana_transport::{Scene, Spectrum};
 
 const ROUNDS: usize = 5;
 const SIDE: usize = 32;
-/// Samples per pixel of two renders, whose difference has no pilot in it.
+/// Samples per pixel of two renders; the difference of their times excludes the pilot.
 const SAMPLES: [u64; 2] = [4, 20];
-/// Samples per pixel from which the variance is taken: it comes in part from rare bright samples.
+/// Samples per pixel for the variance, which comes in part from rare bright samples.
 const MANY: u64 = 64;
 const DEPTH: u32 = 8;
 
@@ -72,7 +72,7 @@ fn pixels(samples: u64) -> f64 {
     (SIDE * SIDE) as f64 * samples as f64
 }
 
-/// An estimator, and whether a pilot chooses the tolerance.
+/// An estimator, and true if a pilot chooses the tolerance.
 type Row = (Integrator, bool);
 
 fn print(scene: &Scene, row: Row, seconds: f64) {
@@ -99,8 +99,8 @@ fn print(scene: &Scene, row: Row, seconds: f64) {
     );
 }
 
-/// Variance of a pixel's sample over the square of its brightness, to which a twentieth of the image's is
-/// added: the mean over all pixels.
+/// Returns the mean over all pixels of the relative variance of a sample: its variance divided by
+/// the squared brightness of the pixel plus the square of a twentieth of the image's mean.
 fn relative_variance(rendering: &Rendering) -> f64 {
     let mean = rendering.film.mean();
     let variance = rendering.film.variance();

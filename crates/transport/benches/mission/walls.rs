@@ -1,4 +1,4 @@
-//! Connections through the wall of the lens: between points that are spread evenly inside and the camera.
+//! Connections through the wall of the lens, between the camera and uniform points inside.
 
 use crate::clock::{median, race};
 use crate::common::fan::Fan;
@@ -13,7 +13,7 @@ use testkit::Rng;
 
 const ROUNDS: usize = 5;
 const PAIRS: usize = 3000;
-/// Least probability of a search for further branches in renders.
+/// Smallest probability of a search for further branches in renders.
 const LEAST: f64 = 1.0 / 16.0;
 
 pub fn table() {
@@ -55,7 +55,7 @@ impl PointEnd for Scene {
     }
 }
 
-/// What a dense fan of rays from the camera says.
+/// Prints the number of branches that a dense fan of rays from the camera finds.
 fn oracle(points: &[DVec3]) {
     let fan = Fan::new(&lens::ball(), lens::DISTANCE);
     let count = |x: &DVec3| fan.count(x.length(), x.angle_between(lens::eye()));
@@ -72,10 +72,10 @@ fn oracle(points: &[DVec3]) {
     );
 }
 
-/// What connections of all pairs found.
+/// Results of connecting all pairs.
 struct Outcome {
     stats: Stats,
-    /// Pairs of which a branch was found.
+    /// Number of pairs with at least one branch.
     found: usize,
     /// Sum of the weights.
     branches: f64,
@@ -83,7 +83,7 @@ struct Outcome {
 
 fn row(scene: &Scene, name: &str, points: &[DVec3], other: DVec3, from_other: bool) {
     let all = |search: f64| connect(scene, points, other, from_other, search);
-    // As a render's pilot would choose.
+    // Choose the search probability as the pilot of a render would.
     let counts = all(1.0).stats.connections;
     let search = (counts.secondary as f64 / counts.searches.max(1) as f64).clamp(LEAST, 1.0);
     let outcome = all(search);
