@@ -1,12 +1,13 @@
-//! The inputs that others are made of: small files of the tests, files of `fuzz/corpus`, and files that are written here.
+//! Corpora from which the fuzzer makes inputs: small files of the tests, files of `fuzz/corpus`,
+//! and generated files.
 
 use crate::targets::Target;
 use std::path::{Path, PathBuf};
 
-/// Longest file that is taken, in bytes.
+/// Size of the longest file that the corpus includes, in bytes.
 const LONGEST: u64 = 20_000;
 
-/// The corpus of a target, always in the same order.
+/// Returns the corpus of a target, always in the same order.
 pub fn of(target: &Target) -> Vec<Vec<u8>> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let mut paths = files(&root.join("fuzz/corpus").join(target.name));
@@ -24,7 +25,7 @@ pub fn of(target: &Target) -> Vec<Vec<u8>> {
     corpus
 }
 
-/// Small files of a folder, by name.
+/// Returns the small files of a folder, sorted by name.
 fn files(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let small = entries.filter(|e| {

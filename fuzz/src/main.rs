@@ -1,8 +1,10 @@
-//! Tries hostile inputs on every reader of files, and renders the scenes among them: `fuzz [--seconds S] [--seed N] [TARGET...]`.
+//! Tries hostile inputs on every reader of files, and renders the scenes among them: `fuzz
+//! [--seconds S] [--seed N] [TARGET...]`.
 //!
-//! Inputs are those of a corpus, changed at random but the same for the same seed. None may panic, work for long or take more
-//! memory than it justifies. The first that does is kept in `target/fuzz` and ends the program with status 1: it belongs in
-//! `fuzz/corpus` once the mistake is mended.
+//! Each input is a random change of one in the corpus; the seed determines all inputs. An input
+//! must not cause a panic, run for long, or take more memory than its size justifies. The first
+//! input that does is kept in `target/fuzz` and ends the program with status 1. Move it to
+//! `fuzz/corpus` once the mistake is fixed.
 
 mod corpus;
 mod mutation;
@@ -14,9 +16,9 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant, SystemTime};
 use targets::{TARGETS, Target};
 
-/// What the command line asks for.
+/// Options of the command line.
 struct Wanted {
-    /// For each target.
+    /// Time for each target.
     time: Duration,
     seed: u64,
     targets: Vec<&'static Target>,
@@ -76,7 +78,7 @@ fn wanted(mut arguments: impl Iterator<Item = String>) -> Result<Wanted, String>
     Ok(wanted)
 }
 
-/// Tries the corpus of a target as it is, and then changed until the time is over.
+/// Tries the corpus of a target unchanged, then changed inputs until the time is over.
 fn run(target: &Target, time: Duration, seed: u64) {
     let corpus = corpus::of(target);
     for input in &corpus {
@@ -101,7 +103,7 @@ fn run(target: &Target, time: Duration, seed: u64) {
 mod tests {
     use super::*;
 
-    /// What was found once is not found again, and the corpora work.
+    /// All corpora work, including inputs that once failed.
     #[test]
     fn the_corpora_and_a_few_inputs() {
         for target in TARGETS {

@@ -1,10 +1,10 @@
-//! Inputs that are nearly those of a corpus.
+//! Inputs that differ little from those of a corpus.
 
-/// Random numbers that depend on a seed, a target and the number of an input alone (SplitMix64).
+/// Random numbers (SplitMix64) that depend only on a seed, a target and the number of an input.
 pub struct Random(u64);
 
 impl Random {
-    /// Those of an input.
+    /// Creates the generator for an input.
     pub fn new(seed: u64, target: &str, input: u64) -> Self {
         let name = target
             .bytes()
@@ -23,7 +23,7 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// A number from 0 to `n` − 1; `n` is above zero.
+    /// Draws a number from 0 to `n` − 1; `n` must be above zero.
     fn below(&mut self, n: usize) -> usize {
         (self.next() % n as u64) as usize
     }
@@ -33,9 +33,9 @@ impl Random {
     }
 }
 
-/// Longest input.
+/// Maximum length of an input, in bytes.
 const LONGEST: usize = 1 << 20;
-/// Whole numbers on which sizes and offsets break.
+/// Integers that are likely to break sizes and offsets.
 const NUMBERS: [u64; 14] = [
     0,
     1,
@@ -52,7 +52,7 @@ const NUMBERS: [u64; 14] = [
     1 << 40,
     u64::MAX,
 ];
-/// Words in place of numbers in texts.
+/// Words that replace numbers in text.
 const WORDS: [&str; 22] = [
     "0",
     "-1",
@@ -78,7 +78,7 @@ const WORDS: [&str; 22] = [
     "\u{1b}",
 ];
 
-/// One of the corpus, changed in a few places.
+/// Returns an input of the corpus, changed in a few places.
 pub fn mutated(corpus: &[Vec<u8>], random: &mut Random) -> Vec<u8> {
     let mut bytes = random.of(corpus).clone();
     for _ in 0..1 + random.below(4) {
@@ -114,7 +114,7 @@ fn change(bytes: &mut Vec<u8>, corpus: &[Vec<u8>], random: &mut Random) {
     }
 }
 
-/// Where a piece that begins at `at` ends: soon, as a rule.
+/// Draws the end of a piece that begins at `at`; most pieces are short.
 fn end(bytes: &[u8], at: usize, random: &mut Random) -> usize {
     let longest = *random.of(&[4, 16, 64, 1024]);
     bytes.len().min(at + 1 + random.below(longest))
@@ -126,7 +126,7 @@ fn insert(bytes: &mut Vec<u8>, at: usize, piece: &[u8]) {
     }
 }
 
-/// Puts a number of 2, 4 or 8 bytes in place.
+/// Overwrites 2, 4 or 8 bytes by a number.
 fn number(bytes: &mut [u8], at: usize, random: &mut Random) {
     let near = bytes.len() as u64;
     let value = match random.below(4) {
@@ -145,7 +145,7 @@ fn number(bytes: &mut [u8], at: usize, random: &mut Random) {
     }
 }
 
-/// Puts a word in the place of the number or name at a place of a text.
+/// Replaces the number or name at a position of a text by a word.
 fn word(bytes: &mut Vec<u8>, at: usize, random: &mut Random) {
     let is_part = |b: &u8| b.is_ascii_alphanumeric() || matches!(b, b'.' | b'-' | b'+' | b'_');
     let start = bytes[..at]

@@ -1,4 +1,4 @@
-//! What inputs are tried on.
+//! Targets of the fuzzer.
 
 use io::image::{ImageLayers, Layer, RgbImage, exr, hdr, pfm, png};
 use io::mesh::{gltf, hair, obj, ply, serialized};
@@ -10,21 +10,21 @@ use std::ops::ControlFlow;
 use transport::meter::Meter;
 use transport::render::{Handle, MeasureOptions, MeasureState, State, memory, render};
 
-/// Something that reads files.
+/// A reader of files under test.
 pub struct Target {
     pub name: &'static str,
-    /// Which files of the tests are its own.
+    /// Extensions of the test files that belong to its corpus.
     pub extensions: &'static [&'static str],
     /// Reads an input.
     pub read: fn(&[u8]),
-    /// Files that are written here.
+    /// Generates further files for the corpus.
     pub written: fn() -> Vec<Vec<u8>>,
-    /// Whether inputs may take only the memory that their size justifies.
+    /// True if inputs may take only the memory that their size justifies.
     pub is_bounded: bool,
 }
 
 impl Target {
-    /// An input with the checksum that its format asks for, without which no reader looks further.
+    /// Adds the checksum that the format requires; without it, a reader stops at once.
     pub fn seal(&self, mut input: Vec<u8>) -> Vec<u8> {
         if self.name == "part" {
             input.truncate(input.len().saturating_sub(HASH));
@@ -38,7 +38,7 @@ impl Target {
 /// Bytes of a checksum.
 const HASH: usize = 32;
 const LIMITS: Limits = Limits { memory: Some(0) };
-/// Pixels of the largest film that is rendered, and its bytes.
+/// Maximum number of pixels of a film that is rendered.
 const PIXELS: usize = 64;
 const FILM: usize = 64 << 20;
 
@@ -56,7 +56,7 @@ const fn target(
     }
 }
 
-/// Three sums over the last three quarters of the frames.
+/// Returns a request for three sums over the last three quarters of the frames.
 fn quarters(shape: SeriesShape) -> Result<FrameSums, Problem> {
     Ok(FrameSums {
         used: shape.frames / 4..shape.frames,
@@ -213,7 +213,7 @@ fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
-/// Reads a scene and renders two samples of a small film, or follows some particles.
+/// Reads a scene. Renders two samples of a small film, or traces some particles.
 fn picture_of(bytes: &[u8]) {
     if let Some(loaded) = load(&text(bytes)) {
         if loaded.instruments.is_empty() {
@@ -315,7 +315,7 @@ fn vol_file() -> Vec<Vec<u8>> {
     vec![bytes]
 }
 
-/// Triangles that lie on one another: equal, nested, and with a side in common.
+/// Returns meshes of coincident triangles: equal, nested, and with a common side.
 fn coincident_faces() -> Vec<Vec<u8>> {
     const COUNT: usize = 300;
     let file = |vertices: &[String], face: fn(usize) -> String| {
@@ -340,7 +340,7 @@ fn coincident_faces() -> Vec<Vec<u8>> {
     ]
 }
 
-/// Curves: one that turns, one that comes back, one far away.
+/// Returns curves: one that turns, one that comes back, one far away.
 fn curves() -> Vec<Vec<u8>> {
     let files = [
         "0 0 0 0.1\n1 0 0 0.1\n1 1 0 0.2\n\n0 0 1 0.1\n0 1 1 0\n",
@@ -350,7 +350,7 @@ fn curves() -> Vec<Vec<u8>> {
     files.map(|file| file.as_bytes().to_vec()).into()
 }
 
-/// The scenes that are rendered.
+/// Returns the scenes that are rendered.
 fn scenes() -> Vec<Vec<u8>> {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus/scene");
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
@@ -360,7 +360,7 @@ fn scenes() -> Vec<Vec<u8>> {
     paths.iter().filter_map(|p| std::fs::read(p).ok()).collect()
 }
 
-/// A part of each kind.
+/// Returns a part file of each kind.
 fn parts() -> Vec<Vec<u8>> {
     let loaded = scenes().into_iter().filter_map(|bytes| load(&text(&bytes)));
     let part = |loaded: Loaded| {

@@ -1,4 +1,4 @@
-//! What an input must not do: panic, work for long, take memory.
+//! Checks that an input does not panic, run for long, or take too much memory.
 
 use crate::targets::Target;
 use peak_alloc::PeakAlloc;
@@ -10,18 +10,20 @@ use std::time::Duration;
 #[global_allocator]
 static ALLOCATOR: PeakAlloc = PeakAlloc;
 
-/// What an input may take beyond ten times its size, and the tables of its reader.
+/// Memory in bytes that an input may take beyond ten times its size, including the tables of its
+/// reader.
 const EXTRA: usize = (64 << 20) + (4 << 20);
-/// Longest that an input may take, also on a busy machine.
+/// Longest time that an input may take, also on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(30);
 
-/// Tries an input. If it does what it must not, it is kept, and the program ends.
+/// Tries an input. If it fails, keeps it and ends the program.
 pub fn attempt(target: &Target, input: &[u8]) {
     ALLOCATOR.reset_peak_usage();
     let before = ALLOCATOR.current_usage();
     let (done, waiting) = sync_channel::<()>(0);
     let ended = std::thread::scope(|scope| {
-        // Nothing is sent: the wait ends when the input has been tried.
+        // Wait for the input: nothing is sent, and the channel closes when the input has been
+        // tried.
         scope.spawn(move || {
             if waiting.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
                 give_up(target, input, &format!("took more than {PATIENCE:?}"));
