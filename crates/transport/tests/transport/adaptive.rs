@@ -1,7 +1,9 @@
-//! Samples that are shared out among pixels by their noise: unbiased, with errors that are what they claim and smaller than
-//! otherwise, and the same in parts and on any number of threads.
+//! Adaptive sampling: samples distributed among pixels by their noise. Tests that images are
+//! unbiased, that reported errors are right and smaller than with even samples, and that parts and
+//! numbers of threads do not change the result.
 //!
-//! False alarms: 2.5e-4 for errors and for means of each kind of replicates, and for what a pilot sees, so 1.25e-3 for the file.
+//! False alarms: 2.5e-4 for errors and for means of each kind of replicates, and for the pilot's
+//! estimates; 1.25e-3 for the file.
 
 use crate::common::{camera, container, fog, parts, path_tracer, vacuum};
 use eikonal::Field;
@@ -23,12 +25,13 @@ use std::ops::{ControlFlow, Range};
 use testkit::{Moments, z_test::max_abs_z};
 
 const FALSE_ALARM: f64 = 2.5e-4;
-/// Instants of a period of sound, where there is one.
+/// Number of instants of a period of sound, in scenes with sound.
 const INSTANTS: usize = 3;
 const SAMPLES: u64 = 48;
 const SEEDS: u64 = 40;
 
-/// An emitter in view, whose edge is where most noise is, and fog of varying index before a corner of it.
+/// A visible emitter whose edge has the most noise, and fog of varying index in front of one
+/// corner.
 fn scene(index: impl Into<Field>) -> Parts {
     let fogs = container(
         Sphere::around(DVec3::new(0.5, 0.2, 0.8), 0.4).unwrap(),
@@ -57,7 +60,7 @@ fn lens() -> Scene {
     Scene::new(scene(index)).unwrap()
 }
 
-/// With three instants, too.
+/// The scene with sound, at three instants.
 fn sound() -> Scene {
     let mode = AcousticMode::new(0.05, 0, 5.0, 0.0).unwrap();
     let index = Acoustic::new(1.0, DVec3::ZERO, DVec3::Z, DVec3::X, vec![mode]).unwrap();
@@ -79,7 +82,8 @@ fn film(scene: &Scene, options: &RenderOptions) -> Film {
     .film
 }
 
-/// Over many renders: moments of each pixel's mean, and those of what their variances claim in excess of what they are.
+/// Statistics over many renders: moments of each pixel's mean, and moments of the excess of the
+/// reported variances over the measured ones.
 struct Observed {
     pixels: Vec<Moments>,
     excess: Moments,
@@ -115,7 +119,8 @@ fn observe(scene: &Scene, replicates: Replicates, adaptive: bool) -> Observed {
     Observed { pixels, excess }
 }
 
-/// The number of samples is the same on average, which `pixels_get_their_shares` checks.
+/// Adaptive sampling reduces the errors. The mean number of samples is equal, which
+/// `pixels_get_their_shares` checks.
 #[test]
 fn errors_are_smaller_and_true_and_means_agree() {
     for replicates in [Replicates::Single, Replicates::OfEight] {
@@ -138,7 +143,8 @@ fn errors_are_smaller_and_true_and_means_agree() {
     }
 }
 
-/// Twelve small emitters in a row, one in each pixel: few samples hit one, so that a pilot knows little.
+/// Twelve small emitters in a row, one in each pixel. Few samples hit an emitter, so that the pilot
+/// has little information.
 fn lights() -> Scene {
     let place = |i: usize| DVec3::X * (i as f64 - 5.5) * 0.1;
     let light = |i| Object {
@@ -165,7 +171,8 @@ fn lights() -> Scene {
     Scene::new(parts).unwrap()
 }
 
-/// If shares depended on samples of the image, bright ones would count for less.
+/// Means are unbiased. If the sample counts depended on samples of the image itself, bright samples
+/// would count for less.
 #[test]
 fn what_a_pilot_sees_by_chance_does_not_bias_the_image() {
     let scene = lights();
@@ -185,7 +192,7 @@ fn what_a_pilot_sees_by_chance_does_not_bias_the_image() {
     max_abs_z(&[even.z(covered), adaptive.z(covered)], FALSE_ALARM).unwrap();
 }
 
-/// Up to the 16th sample nothing is shared out, after that the mean is what was asked for.
+/// Samples are even up to the 16th. From then on the mean number of samples is the requested one.
 #[test]
 fn pixels_get_their_shares() {
     let scene = lens();
@@ -201,7 +208,7 @@ fn pixels_get_their_shares() {
     assert!((mean / 1016.0 - 1.0).abs() < 0.005, "{mean}");
 }
 
-/// At all instants of a period the same number.
+/// All instants of a period have equally many samples.
 #[test]
 fn pixels_get_whole_periods_and_replicates() {
     for (replicates, unit) in [(Replicates::Single, 3), (Replicates::OfEight, 24)] {
@@ -258,7 +265,7 @@ fn parts_in_any_order_are_the_whole() {
     }
 }
 
-/// It may be stopped while it finds out the shares, too.
+/// A render may also be interrupted while its pilot determines the sample counts.
 #[test]
 fn a_render_that_goes_on_is_the_whole_on_any_number_of_threads() {
     let scenes = [lens()];
@@ -271,7 +278,7 @@ fn a_render_that_goes_on_is_the_whole_on_any_number_of_threads() {
             break;
         }
         assert!(run < 100, "no progress");
-        // Now and then it gets a little further.
+        // Let some runs get a little further before the interruption.
         let mut left = run % 5;
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
         pool.build().unwrap().install(|| {
@@ -287,7 +294,8 @@ fn a_render_that_goes_on_is_the_whole_on_any_number_of_threads() {
     assert_eq!(state.film(), &whole);
 }
 
-/// Parts with even and with other samples do not belong together; those that do not know the shares yet do.
+/// Parts with even samples do not merge with parts with adaptive samples. Parts that do not know
+/// the sample counts yet do.
 #[test]
 fn parts_of_other_renders_are_refused() {
     let scenes = [lens()];
@@ -309,7 +317,8 @@ fn parts_of_other_renders_are_refused() {
     assert!(early.fits(&scenes, &options(0..8, 1, true)));
 }
 
-/// Where samples are sorted, or belong to the whole image, all pixels have equally many.
+/// All pixels have equally many samples if the samples are reweighted, or contribute to the whole
+/// image.
 #[test]
 fn other_renders_are_even() {
     let scene = lens();
@@ -327,7 +336,8 @@ fn other_renders_are_even() {
     }
 }
 
-/// Shares take memory only where they are found out: the pilot's variance, work and worth, and the share; never copied.
+/// Adaptive sampling takes memory only where it is used: the pilot's variance, work and benefit,
+/// and the sample count, none of them copied.
 #[test]
 fn shares_are_part_of_the_memory() {
     let sensor = camera(DVec3::Z * 4.0, DVec3::ZERO);

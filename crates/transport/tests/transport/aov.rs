@@ -1,4 +1,4 @@
-//! What becomes of sensor rays that are not scattered, against closed forms.
+//! Quantities of unscattered sensor rays, compared with closed forms.
 
 use crate::common::{container, fog, glass, parts, shoot_by, vacuum};
 use eikonal::connect::World;
@@ -46,7 +46,7 @@ fn all(parts: Parts) -> Rendering {
     shoot_by(AovTracer::default(), parts, 4, 1)
 }
 
-/// The values of one ray, by the names of their channels.
+/// Traces one ray. Returns its values by channel name.
 fn of_ray(scene: &Scene, origin: DVec3, direction: DVec3) -> impl Fn(&str) -> f64 + use<> {
     let tracer = AovTracer::default();
     let mut ws = morgana_transport::path::Workspace::new(scene.tolerance());
@@ -60,8 +60,8 @@ fn scene(parts: Parts) -> Scene {
     Scene::new(parts).unwrap_or_else(|problems| panic!("{problems:?}"))
 }
 
-/// A parallel ray at distance b from the middle of a weak Gaussian bump turns by
-/// ε = ∫∂n/∂b ds/n₀ = −√(2π) Δ b e^(−b²/2w²)/(n₀ w) along b, up to terms of order Δ².
+/// A parallel ray at distance b from the centre of a weak Gaussian bump turns by ε = ∫∂n/∂b ds/n₀ =
+/// −√(2π) Δ b e^(−b²/2w²)/(n₀ w) along b, up to terms of order Δ².
 #[test]
 fn a_weak_bump_deflects_by_its_gradient() {
     let (n0, w) = (1.33, 0.4);
@@ -70,7 +70,7 @@ fn a_weak_bump_deflects_by_its_gradient() {
         let errors = amplitudes.map(|delta| {
             let field = Gaussian::new(n0, delta, DVec3::ZERO, w).unwrap();
             let mut parts = seen(field, 4.0, 5.0, 1.0);
-            // No refraction at the ball: the bump is not seen there.
+            // Match the index around the ball, so that its surface does not refract.
             parts.media[0] = Medium::transparent("around", Constant::new(n0));
             let value = of_ray(&scene(parts), DVec3::new(b, 0.0, -5.0), DVec3::Z);
             let bump = (-b * b / (2.0 * w * w)).exp();
@@ -85,13 +85,13 @@ fn a_weak_bump_deflects_by_its_gradient() {
     }
 }
 
-/// All parallel rays meet at the far pole, and are equally long from the plane that touches the near one:
-/// ∫n ds = (1 + π/2)R.
+/// All parallel rays meet at the far pole, with equal optical lengths from the plane that touches
+/// the near pole: ∫n ds = (1 + π/2)R.
 #[test]
 fn luneburg_lens_is_equally_long_for_all() {
     let (r, tolerance) = (1.5, 1e-8);
     let field = Luneburg::new(1.0, DVec3::ZERO, r).unwrap();
-    // The sensor is a little off the pole that the rays' equal lengths start from.
+    // The sensor is a little off the plane from which the optical lengths are equal.
     let gap = 0.5;
     let scene = scene(seen(field, r, r + gap, r));
     for (x, y) in [(0.0, 0.0), (0.3, -0.2), (-0.9, 0.4), (0.1, 1.2)] {
@@ -111,7 +111,7 @@ fn luneburg_lens_is_equally_long_for_all() {
     }
 }
 
-/// Without any change of the index nothing is deflected, and lengths are chords.
+/// In a constant index nothing is deflected, and lengths are chords.
 #[test]
 fn a_homogeneous_ball_deflects_nothing() {
     let media = vec![vacuum(), fog(Constant::new(1.0), 0.7, 0.9, 0.0)];
@@ -129,13 +129,13 @@ fn a_homogeneous_ball_deflects_nothing() {
     assert!((value("optical_length") - 3.8).abs() < 1e-9);
     assert!((value("optical_depth") - 0.7 * 1.6).abs() < 1e-9);
     assert!((value("exit.position.Z") - 0.8).abs() < 1e-9);
-    // Past the ball nothing is met: the exit is the start.
+    // Past the ball the ray meets nothing: the exit is its start.
     let past = of_ray(&scene, DVec3::new(2.0, 0.0, -3.0), DVec3::Z);
     assert_eq!((past("valid"), past("arc_length")), (1.0, 0.0));
     assert_eq!(past("exit.position.Z"), -3.0);
 }
 
-/// A glass slab shifts a slanted ray but does not turn it; a screen behind ends it.
+/// A glass slab shifts a slanted ray without turning it. A screen behind the slab ends the ray.
 #[test]
 fn refraction_up_to_a_screen() {
     let (n, thick) = (1.5, 0.4);
@@ -165,7 +165,7 @@ fn refraction_up_to_a_screen() {
     let value = of_ray(&scene, DVec3::NEG_Z * 2.0, DVec3::new(sin, 0.0, cos));
     let inside = (1.0 - (sin / n).powi(2)).sqrt();
     let x = (4.0 - thick) * sin / cos + thick * sin / n / inside;
-    // A ray starts one ray epsilon off each of the surfaces that it leaves.
+    // A ray restarts one ray epsilon off each surface that it leaves.
     let tolerance = 10.0 * scene.ray_epsilon();
     assert!((value("exit.position.X") - x).abs() < tolerance);
     assert!(value("deflection.X").abs() < 1e-12);
@@ -173,8 +173,9 @@ fn refraction_up_to_a_screen() {
     assert!((value("optical_length") - length).abs() < tolerance);
 }
 
-/// Rays that leave a field which is not closed are lost: zero and counted, never NaN.
-/// A ray passes a mask that lets half of the light pass, or more, and a pane; others it ends on.
+/// Rays that leave a field which is not closed are lost: their values are zero and counted, never
+/// NaN. A ray passes a pane, and a mask that transmits half of the light or more; it ends on other
+/// surfaces.
 #[test]
 fn masks_and_panes_in_front_of_a_screen() {
     let white = || Bsdf::Diffuse(Diffuse::new(Spectrum::ONE).unwrap());
@@ -206,7 +207,7 @@ fn masks_and_panes_in_front_of_a_screen() {
 fn lost_rays_are_counted() {
     let index = Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap();
     let mut parts = seen(index, 1.0, 2.0, 0.5);
-    // An open disc in place of the ball: the medium behind it has no end.
+    // Replace the ball by an open disc, behind which the medium has no end.
     parts.objects[0].shape =
         morgana_transport::shape::Disk::new(DAffine3::from_scale_rotation_translation(
             DVec3::ONE,
@@ -221,7 +222,8 @@ fn lost_rays_are_counted() {
     assert!(rendering.film.mean().iter().all(|v| *v == 0.0));
 }
 
-/// Angles follow the sensor's axes, whichever way these point, and add up for small turns.
+/// Deflection angles follow the sensor's axes, whatever their directions, and add up for small
+/// turns.
 #[test]
 fn deflection_has_the_signs_of_the_axes() {
     let turn = DMat3::from_rotation_y(0.7) * DMat3::from_rotation_x(-0.4);
@@ -249,7 +251,7 @@ fn results_do_not_depend_on_threads_and_lists() {
     let one = render(1, &Aov::ALL);
     assert_eq!(one.film, render(3, &Aov::ALL).film);
     assert_eq!(one.film.channels(), 39);
-    // The same rays whichever quantities are asked for: deflection is channels 7 and 8 of all.
+    // Rays do not depend on the requested quantities: deflection is channels 7 and 8 of all.
     let two = render(2, &[Aov::Deflection]);
     let (all, some) = (one.film.mean(), two.film.mean());
     for (all, some) in all.chunks(39).zip(some.chunks(3)) {
@@ -257,8 +259,9 @@ fn results_do_not_depend_on_threads_and_lists() {
     }
 }
 
-/// A Gaussian column on a grid of 96 samples, at the default tolerance: W = Δ√(2π) w e^(−x²/2w²) up to terms of order Δ²
-/// and the error of the spline, both below 1e-4 of the peak; in the film, too. In waves it is W/λ.
+/// Tests a Gaussian column on a grid of 96 samples, at the default tolerance. W = Δ√(2π) w
+/// e^(−x²/2w²) up to terms of order Δ² and the error of the spline, both below 1e-4 of the peak.
+/// The film agrees, and in waves the value is W/λ.
 #[test]
 fn weak_columns_have_the_phase_of_their_contrast() {
     use eikonal::field::{Bspline, Placement};
@@ -304,7 +307,8 @@ fn weak_columns_have_the_phase_of_their_contrast() {
     }
 }
 
-/// A slab of glass counts by its contrast with the reference; a mirror behind it folds the reference.
+/// A glass slab contributes its contrast with the reference index. A mirror behind the slab folds
+/// the reference ray.
 #[test]
 fn surfaces_in_a_path_difference() {
     let (n, thick) = (1.5, 0.4);
@@ -334,13 +338,15 @@ fn surfaces_in_a_path_difference() {
     ));
     let (start, tolerance) = (DVec3::NEG_Z * 2.0, 10.0 * scene.ray_epsilon());
     let value = of_ray(&scene, start, DVec3::Z);
-    // Twice through the glass, up to its front; from where it leaves the scene.
+    // The light passes the glass twice, up to its front, and the reference starts where the ray
+    // leaves the scene.
     let expected = 2.0 * (n - 1.0) * thick;
     assert!((value("optical_path_difference") - expected).abs() < tolerance);
 }
 
-/// Against a field that bends rays, as the surroundings do: a bump of 1e-7 in a lens counts to first order by its
-/// integral along the ray; the difference to the lens's own length is below that.
+/// Tests a reference field that bends rays and also fills the surroundings. To first order, a bump
+/// of 1e-7 in a lens contributes its integral along the ray. The difference to the lens's own
+/// length is below that.
 #[test]
 fn references_may_vary() {
     use eikonal::field::{Field, Gaussian, Sum};
@@ -372,7 +378,7 @@ fn references_may_vary() {
     let (origin, direction) = (DVec3::new(0.3, 0.1, -0.9), DVec3::Z);
     let ray = morgana_transport::sensor::SensorRay { origin, direction };
     tracer.sample(&scene, ray, &mut ws, &mut values);
-    // Up to z = 1 along the ray of the lens: δn = Δ bump/n and ds = n dσ.
+    // Integrate up to z = 1 along the ray of the lens: δn = Δ bump/n and ds = n dσ.
     let mut expected = 0.0;
     let start = eikonal::ray::Node::new(&lens, origin, direction * lens.n(origin), ());
     let mut flow = eikonal::ray::Flow::new(&lens, start, Tolerance::new(1e-10));
@@ -386,15 +392,16 @@ fn references_may_vary() {
         values[0] == 1.0 && error.abs() < 1e-3,
         "{values:?} {expected}"
     );
-    // Where no ray of the reference joins the ends, the ray is not valid, and counted.
+    // If no ray of the reference connects the ends, the sensor ray is not valid, and is counted.
     tracer.reference = Some(ReferenceIndex::Medium(3));
     values.clear();
     tracer.sample(&scene, ray, &mut ws, &mut values);
     assert_eq!((values, ws.stats.lost), (vec![0.0; 2], 1));
 }
 
-/// A slab −1 < z < 1 of n² = 1 + g x, in which rays are parabolas, between a sensor and a screen at z = 9: the displacement of the
-/// screen's points in closed form, for a pinhole, from a point of a lens, and for parallel rays.
+/// In a slab −1 < z < 1 of n² = 1 + g x, rays are parabolas. Between a sensor and a screen at z =
+/// 9, the displacement of the screen's points has a closed form for a pinhole, for a point of a
+/// lens, and for parallel rays.
 #[test]
 fn displacements_are_those_of_parabolas() {
     let (slope, pixels, screen) = (0.02, 100.0, 9.0);
@@ -404,7 +411,7 @@ fn displacements_are_those_of_parabolas() {
     let at = DAffine3::from_translation(DVec3::NEG_Z * 6.0);
     let fov = 30f64.to_radians();
     let pinhole = Perspective::new(at, fov, 1.0);
-    // Pixels to a unit of x at unit distance of the pinhole, and of the parallel rays.
+    // Pixels per unit of x, at unit distance from the pinhole and for parallel rays.
     let to_pixels = [pixels / (2.0 * (0.5 * fov).tan()), pixels / 4.0];
     for (sensor, origin, direction) in [
         (
@@ -454,7 +461,7 @@ fn displacements_are_those_of_parabolas() {
             direction: direction.normalize(),
         };
         tracer.sample(&scene, ray, &mut ws, &mut values);
-        // dx/dσ = v, of length n, and dv/dσ = ∇n²/2; z grows by v_z σ.
+        // The ray obeys dx/dσ = v, of length n, and dv/dσ = ∇n²/2; z grows by v_z σ.
         let entry = origin + direction * (-1.0 - origin.z);
         let v = direction.normalize() * scene.n(1, entry);
         let sigma = 2.0 / v.z;
@@ -464,10 +471,11 @@ fn displacements_are_those_of_parabolas() {
         let expected = if parallel {
             seen - origin
         } else {
-            // Where it is seen from the same point, and where the ray is: on the plane in focus, if there is one.
+            // Compare the apparent direction, on the plane in focus if there is one, with the
+            // direction of the ray.
             (seen - origin) / (seen.z - origin.z) - direction
         };
-        // x is to the left, y up.
+        // x points left, y up.
         let scale = to_pixels[usize::from(parallel)];
         let expected = [expected.x * scale, expected.y * scale];
         assert_eq!(values[0], 1.0);

@@ -1,5 +1,5 @@
-//! Where apertures of cells send light, against the Fourier transforms of their shapes. Statistical tests: seeds are fixed, and all cells
-//! of a shape share a false-alarm rate of 1e-3.
+//! Light sent by apertures made of cells, compared with the Fourier transforms of their shapes.
+//! Statistical tests with fixed seeds; all cells of a shape share a false-alarm rate of 1e-3.
 
 use glam::{DAffine3, DVec2};
 use morgana_transport::sampling::Sampler;
@@ -13,13 +13,15 @@ use testkit::z_test::max_abs_z;
 
 const FAMILY: f64 = 1e-3;
 const SAMPLES: u64 = 4_000_000;
-/// Half the width in reduced radii of the square that is cut into cells, and the number of them along a side.
+/// Half-width, in reduced radii, of the square that is divided into cells, and the number of cells
+/// along a side.
 const REACH: f64 = 20.0;
 const CELLS: usize = 20;
 
-/// Shares of light in the cells of the square, row by row, and beyond it, as an aperture sends it.
+/// Samples an aperture. Returns the fractions of light in the cells of the square, row by row, and
+/// beyond it.
 fn counted(aperture: ApertureShape) -> Vec<f64> {
-    // Where one unit of the image is a reduced radius.
+    // One unit of the image is a reduced radius.
     let pinhole = Perspective::new(DAffine3::IDENTITY, 2.0 * 0.5_f64.atan(), 1.0);
     let lens = ThinLens::new(pinhole, 1.0, 1.0).with_aperture(aperture);
     let sensor = Sensor::ThinLens(lens.with_diffraction(TAU));
@@ -40,7 +42,7 @@ fn counted(aperture: ApertureShape) -> Vec<f64> {
     counts
 }
 
-/// The same shares for the transform of a shape, ∫exp(−iv·p)dp over its open `area`.
+/// Returns the fractions for the transform of a shape, ∫exp(−iv·p)dp over its open `area`.
 fn integrated(area: f64, transform: impl Fn(DVec2) -> Complex64) -> Vec<f64> {
     let density = |[x, y]: [f64; 2]| transform(DVec2::new(x, y)).norm_sqr() / (TAU * TAU * area);
     let width = 2.0 * REACH / CELLS as f64;
@@ -58,7 +60,7 @@ fn integrated(area: f64, transform: impl Fn(DVec2) -> Complex64) -> Vec<f64> {
     shares
 }
 
-/// Standard errors between shares. Cells of few samples are taken together.
+/// Returns the deviations of fractions in standard errors. Cells with few samples are pooled.
 fn deviations(found: &[f64], expected: &[f64]) -> Vec<f64> {
     let n = SAMPLES as f64;
     let mut rest = [0.0; 2];
@@ -84,9 +86,9 @@ fn sinc(x: f64) -> f64 {
     if x == 0.0 { 1.0 } else { x.sin() / x }
 }
 
-/// The transform of a polygon with the given corners, counter-clockwise, edge by edge.
+/// Fourier transform of a polygon with the given corners, counter-clockwise, as a sum over edges.
 fn polygon(corners: &[DVec2], v: DVec2) -> Complex64 {
-    // On the axis only the area is left.
+    // On the axis the transform is the area.
     let v = if v.length() < 1e-6 {
         DVec2::splat(1e-6)
     } else {
@@ -123,7 +125,7 @@ fn blades_make_the_pattern_of_their_polygon() {
     }
 }
 
-/// Two crossed bars of a secondary mirror's support, on a disc and on a ring.
+/// Tests the two crossed bars that support a secondary mirror, on a disc and on a ring.
 #[test]
 fn vanes_make_spikes() {
     let width = 0.1;
@@ -140,7 +142,8 @@ fn vanes_make_spikes() {
         let transform = |v: DVec2| {
             let v = turned.rotate(v);
             let half = 0.5 * width;
-            // From the rim to the disc in the middle, or across it: with the same area as with the ends cut round.
+            // Bars run from the rim to the disc in the middle, or across it. Their area equals that
+            // of bars with round ends.
             let outer = 1.0 - width * width / 24.0;
             let inner = if obscuration > 0.0 {
                 obscuration - width * width / (24.0 * obscuration)
@@ -167,12 +170,13 @@ fn vanes_make_spikes() {
     }
 }
 
-/// A picture with half the power in one of two slits: fringes of two amplitudes, far beyond the period of a cell.
+/// An image aperture with half the power in one of two slits gives fringes of two amplitudes, far
+/// beyond the period of a cell.
 #[test]
 fn pictures_diffract_by_the_roots_of_what_they_let_pass() {
     let row = [0.0, 1.0, 0.0, 0.25];
     let aperture = ApertureShape::picture(4, &row.repeat(4)).unwrap();
-    // Cells of half the width of the radius, from the left, which is +x.
+    // Cells are half as wide as the radius, from the left, which is +x.
     let slit = |x: f64, amplitude: f64, v: DVec2| {
         let form = 0.5 * sinc(0.25 * v.x) * 2.0 * sinc(v.y);
         Complex64::from_polar(amplitude * form, -v.x * x)
@@ -181,7 +185,8 @@ fn pictures_diffract_by_the_roots_of_what_they_let_pass() {
     max_abs_z(&deviations(&counted(aperture), &wanted), FAMILY).unwrap();
 }
 
-/// Rays pass where an aperture is open, as much as it is, and the picture is the right way round.
+/// Rays pass an aperture in proportion to its transmission, and its image has the right
+/// orientation.
 #[test]
 fn rays_pass_where_an_aperture_is_open() {
     let picture = ApertureShape::picture(2, &[1.0, 0.5, 0.0, 0.0]).unwrap();
@@ -205,7 +210,7 @@ fn rays_pass_where_an_aperture_is_open() {
     // Two thirds, within five standard errors.
     assert!((left - 6_666.7).abs() < 5.0 * 47.2, "{left}");
 
-    // Behind a lens the stop shows the slopes of rays from the other side.
+    // Behind a lens the stop sees slopes of rays mirrored.
     let stop = ApertureStop::new(0.1, picture);
     let telecentric = Telecentric::new(DAffine3::IDENTITY, 1.0, 1.0, stop);
     let telecentric = Sensor::Telecentric(telecentric);
@@ -223,7 +228,7 @@ fn rays_pass_where_an_aperture_is_open() {
     let (points, pdf) = starts(&ApertureShape::new(hexagon).unwrap());
     let area = 1.5 * 3.0_f64.sqrt() - PI * 0.09;
     assert!((pdf * 4.0 * area - 1.0).abs() < 3e-3, "{pdf}");
-    // Cells that are open in part reach beyond the edge by their diagonal.
+    // Partially open cells reach beyond the edge by their diagonal.
     let cell = 2.0_f64.sqrt() * 2.0 / 256.0;
     for p in points {
         let towards = |i: u32| p.dot(DVec2::from_angle(PI / 6.0 + PI / 3.0 * f64::from(i)));

@@ -1,5 +1,6 @@
-//! A smooth ball as all that bends rays: connections through its surface find every ray for certain, each by
-//! one shot. The oracle is the dense search, which knows nothing of balls.
+//! A smooth ball as the only object that bends rays. Connections through its surface find every ray
+//! with certainty, each by one shot. The oracle is the dense search, which does not use the ball's
+//! closed form.
 
 use crate::common::{camera, container, fog, glass, parts, vacuum};
 use eikonal::field::Constant;
@@ -13,7 +14,7 @@ use morgana_transport::{Scene, Spectrum};
 use testkit::Rng;
 
 const RADIUS: f64 = 1.2;
-/// Geometry terms agree to this; the tolerance of rays is 1e-6, and caustics amplify it.
+/// Relative tolerance of geometry terms. The tolerance of rays is 1e-6, and caustics amplify it.
 const CLOSE: f64 = 1e-3;
 
 fn scene(light: DVec3) -> Scene {
@@ -33,7 +34,7 @@ fn scene(light: DVec3) -> Scene {
     .unwrap()
 }
 
-/// All connections from `x` to the emitter, with the counts of the workspace.
+/// Returns all connections from `x` to the emitter, and the workspace with its counts.
 fn connections(scene: &Scene, x: DVec3) -> (Vec<Connection>, Workspace) {
     let mut ws = Workspace::new(scene.tolerance());
     ws.search = 1.0;
@@ -59,12 +60,12 @@ fn connections(scene: &Scene, x: DVec3) -> (Vec<Connection>, Workspace) {
     )
 }
 
-/// Compares with the dense search; the number of rays.
+/// Compares connections with the dense search. Returns the number of rays.
 fn check(x: DVec3, y: DVec3) -> usize {
     let scene = scene(y);
     let (found, ws) = connections(&scene, x);
     assert_eq!(ws.stats.connections.searches, 0);
-    // A few more where rays crowd at a caustic.
+    // Allow a few more shots where rays lie close together at a caustic.
     let shots = ws.stats().work.shots;
     assert!(shots <= 2 * found.len() as u64, "{x} {y}: {shots}");
     let mut dense = Solver::new(Tolerance::new(1e-8));

@@ -1,4 +1,4 @@
-//! The power of a beam through cross sections of its way, added up over all branches.
+//! Power of a beam through cross sections along its path, summed over all branches.
 
 use crate::common::{camera, container, fog, glass, parts, vacuum};
 use eikonal::field::LinearIndex;
@@ -10,8 +10,9 @@ use morgana_transport::sampling::Sampler;
 use morgana_transport::shape::Cube;
 use morgana_transport::{Scene, Spectrum};
 
-/// A tank 60 × 8 × 6, denser at the bottom, and a beam that climbs into it through the left wall. The
-/// plane of its aperture cuts through the tank, so that random starts lie on both sides of the wall.
+/// A tank of 60 × 8 × 6, denser at the bottom, and a beam that enters it upwards through the left
+/// wall. The plane of its aperture intersects the tank, so that random starts lie on both sides of
+/// the wall.
 fn tank() -> (Scene, DVec3) {
     let to_world = DAffine3 {
         matrix3: DMat3::from_diagonal(DVec3::new(30.0, 4.0, 3.0)),
@@ -31,7 +32,7 @@ fn tank() -> (Scene, DVec3) {
     (scene.unwrap(), direction)
 }
 
-/// Power through the plane at `x`, by stratified points on it.
+/// Power through the plane at `x`, by stratified points on the plane.
 fn power(scene: &Scene, x: f64, ws: &mut Workspace) -> f64 {
     let emitter = &scene.emitters()[0];
     let shape = |object: usize| &scene.objects()[object].shape;
@@ -71,8 +72,8 @@ fn power(scene: &Scene, x: f64, ws: &mut Workspace) -> f64 {
     sum * height * width / (rows * columns) as f64
 }
 
-/// Before the beam reaches the bottom, all that the wall lets in goes through every cross section, and
-/// a branch that is not there, or counted twice, would show. The quadrature is good to 2 %.
+/// Until the beam reaches the bottom, the power that the wall transmits passes every cross section.
+/// A missing or duplicate branch would change it. The quadrature is accurate to 2 %.
 #[test]
 fn all_of_a_beam_goes_through_a_graded_tank() {
     let (scene, direction) = tank();

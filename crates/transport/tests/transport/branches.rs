@@ -1,9 +1,9 @@
-//! Sums over all rays between two points: what connections find at random must, on average, count once.
+//! Sums over all rays between two points. Rays found at random must count once on average.
 //!
-//! The rays between two points on either side of a strong lens are listed by searching until nothing new
-//! turns up; their geometry terms add up to the exact answer. Connections, which find one of the rays for
-//! certain and search for others now and then, must give that sum on average, for any probability of
-//! searching. False-alarm rate: 1e-3 for the file.
+//! An exhaustive search lists the rays between two points on either side of a strong lens. Their
+//! geometry terms add up to the exact result. Connections find one of the rays with certainty, and
+//! search for others with some probability. Their mean must equal the exact sum for any probability
+//! of searching. False-alarm rate: 1e-3 for the file.
 
 use crate::common::{camera, container, fog, parts, vacuum};
 use eikonal::field::Gaussian;
@@ -27,7 +27,7 @@ const PAIRS: [[DVec3; 2]; 3] = [
 
 fn lens([_, y]: [DVec3; 2]) -> Scene {
     let index = Gaussian::new(1.0, 0.5, DVec3::ZERO, 0.3).unwrap();
-    // In a ball all rays would be found for certain.
+    // Use a cube: in a ball all rays would be found with certainty.
     let cube = Cube::new(DAffine3::from_scale(DVec3::splat(1.2))).unwrap();
     let light = Emitter::Point {
         position: y,
@@ -39,7 +39,7 @@ fn lens([_, y]: [DVec3; 2]) -> Scene {
     Scene::new(parts(objects, media, vec![light], sensor)).unwrap()
 }
 
-/// Connects a pair once per call, and hands every connection with its weight to `each`.
+/// Connects a pair once per call. Passes every connection with its weight to `each`.
 fn connect(pair: [DVec3; 2], search: f64, seed: u64, mut each: impl FnMut(u64, &Connection, f64)) {
     let scene = lens(pair);
     let mut ws = Workspace::new(scene.tolerance());
@@ -93,7 +93,7 @@ fn branches_are_summed() {
                 "{} rays: {mean} ± {error}, exact {exact}, certain {certain}, q = {search}",
                 rays.len()
             );
-            // Without the rays that are found at random the sum would be found wrong.
+            // Check the power of the test: without the rays found at random, the sum would fail it.
             assert!(error * threshold(RATE, 6) < exact - certain);
             zs.push(moments.z(exact));
         }

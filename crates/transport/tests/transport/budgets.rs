@@ -1,5 +1,5 @@
-//! What takes too much work is given up and counted: rays, connections, searches for photons (`MORGANA_LONG_TESTS=1`).
-//! Handles end what is under way.
+//! Budgets: rays, connections and searches for photons that take too much work are abandoned and
+//! counted (`MORGANA_LONG_TESTS=1`). Handles stop a render in progress.
 
 use crate::common::{camera, container, fog, parts, path_tracer, vacuum};
 use eikonal::Tolerance;
@@ -18,7 +18,7 @@ use morgana_transport::{Scene, Spectrum};
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-/// A ball of fog with ripples of so many radians per unit length, and an emitter in it.
+/// A ball of fog with ripples of `wave_number` radians per unit length, and an emitter inside.
 fn ripples(wave_number: f64) -> Scene {
     let mode = AcousticMode::new(1e-3, 0, wave_number, 0.0).unwrap();
     let field = Acoustic::new(1.3, DVec3::ZERO, DVec3::Z, DVec3::X, vec![mode]).unwrap();
@@ -54,7 +54,7 @@ fn rays_that_take_too_many_steps_are_given_up_and_counted() {
     assert_eq!((stats.over_budget.rays, stats.lost), (0, 0));
 }
 
-/// Rays that are traced alone are given up where those of renders are.
+/// Rays traced alone are abandoned at the same point as rays of renders.
 #[test]
 fn traced_rays_take_no_more_steps() {
     let (start, most) = (DVec3::new(0.1, 0.05, 1.5), STEPS_PER_RAY + 2);
@@ -89,7 +89,7 @@ fn connections_that_take_too_many_steps_are_given_up_and_counted() {
     assert_eq!(stats.connections.failure_rate(), 1.0);
 }
 
-/// A radius so large that every step of a ray meets every photon. There must be many.
+/// The radius is so large that every step of a ray meets every photon. The test needs many photons.
 #[test]
 fn searches_among_too_many_photons_are_given_up_and_counted() {
     if std::env::var_os("MORGANA_LONG_TESTS").is_none() {
@@ -108,7 +108,7 @@ fn searches_among_too_many_photons_are_given_up_and_counted() {
     assert_eq!(stats.over_budget.gathers, 0, "{stats:?}");
 }
 
-/// However long a single sample takes, pilots included.
+/// A render stops however long a single sample takes, including in its pilots.
 #[test]
 fn renders_end_within_a_pass() {
     let integrators = [

@@ -1,4 +1,5 @@
-//! Scenes built from their parts by name: the same pictures as those put together by hand, and what is wrong with others.
+//! Scenes built from their parts by name: their images equal those of scenes assembled by hand, and
+//! invalid scenes are refused.
 
 use crate::common::{self, camera, container, fog, mean, parts, shoot, sky};
 use eikonal::field::{Constant, Luneburg};
@@ -70,7 +71,7 @@ fn surfaces_have_defaults() {
     assert!(matches!(scene.unwrap().sensor(), Sensor::Absent(_)));
 }
 
-/// What is said of a scene that cannot be built.
+/// Returns the error message of a scene that cannot be built.
 fn wrong(builder: SceneBuilder) -> String {
     builder.build().unwrap_err().to_string()
 }
@@ -119,7 +120,7 @@ fn wrong_light(emitter: impl Into<Emitter>) -> String {
     wrong(hazy().emitter(emitter))
 }
 
-/// Values that no size has, as messages show them.
+/// Values that are not valid sizes, with their form in messages.
 const NO_SIZES: [(f64, &str); 4] = [
     (-1.0, "-1"),
     (f64::NAN, "NaN"),

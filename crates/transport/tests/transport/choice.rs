@@ -1,7 +1,8 @@
-//! The estimator that a pilot chooses: the better one where one is clearly better, for what it is said to gain, and the same on any
-//! number of threads.
+//! The estimator that a pilot chooses: the better one where one is clearly better, with the gain
+//! that it states, and identical on any number of threads.
 //!
-//! False alarms: 1e-3 for variances; choices are between estimators that differ by factors of three and more.
+//! False alarms: 1e-3 for variances. Choices are between estimators that differ by factors of three
+//! and more.
 
 use crate::common::{self, camera, container, fog, parts, vacuum};
 use eikonal::field::{Constant, Gaussian};
@@ -42,7 +43,8 @@ fn chosen_by(scene: &Scene, options: RenderOptions, extent: Extent) -> Choice {
     choose(scenes, &candidates(), &options, extent, &Handle::default())
 }
 
-/// A graded ball of fog above a floor, under a sky: paths from the sensor find it easily, particles come from all around.
+/// A graded ball of fog above a floor, under a sky: paths from the sensor find the sky easily,
+/// while particles come from all directions.
 fn under_a_sky() -> Parts {
     let index = Gaussian::new(1.0, 0.05, DVec3::ZERO, 0.4).unwrap();
     let ball = container(Sphere::around(DVec3::ZERO, 0.8).unwrap(), Bsdf::Null);
@@ -67,7 +69,8 @@ fn under_a_sky() -> Parts {
     ))
 }
 
-/// A small emitter behind a ball of glass makes a caustic in the fog around, which paths from the sensor hardly find.
+/// A small emitter behind a glass ball makes a caustic in the surrounding fog, which paths from the
+/// sensor hardly find.
 fn caustic() -> Parts {
     let fogs = container(Sphere::around(DVec3::ZERO, 3.0).unwrap(), Bsdf::Null);
     let glass = Object {
@@ -115,7 +118,7 @@ fn sized(mut parts: Parts) -> Parts {
 fn the_better_estimator_is_chosen() {
     for (parts, wanted) in [
         (under_a_sky(), &["path"][..]),
-        // These two are about as good.
+        // These two are about equally good.
         (caustic(), &["bdpt", "particle"]),
     ] {
         let scene = Scene::new(parts).unwrap();
@@ -127,7 +130,7 @@ fn the_better_estimator_is_chosen() {
     }
 }
 
-/// Relative variances of a sample are those of renders.
+/// The pilot's relative variances of a sample agree with those of renders.
 #[test]
 fn pilots_foretell_variances() {
     let mut family = Family::new(FALSE_ALARM);
@@ -153,7 +156,8 @@ fn pilots_foretell_variances() {
                 integrator.name()
             );
             let mean = |values: &[f64]| -> f64 { values.iter().sum::<f64>() / values.len() as f64 };
-            // Pilots take cells of pixels for alike, which adds their differences in brightness.
+            // Pilots treat cells of pixels as alike, which adds the pixels' differences in
+            // brightness to the variance.
             let tolerance = 0.15 * mean(&measured);
             family.push(integrator.name(), welch(&foretold, &measured, tolerance));
         }
@@ -184,7 +188,7 @@ fn choices_do_not_depend_on_the_number_of_threads() {
     assert_eq!(with(1), with(3));
 }
 
-/// A pilot takes a tenth of a render at most; where that tells nothing, the first candidate is taken.
+/// A pilot takes at most a tenth of a render. If this is too little, the first candidate is chosen.
 #[test]
 fn short_renders_have_short_pilots() {
     let scene = Scene::new(under_a_sky()).unwrap();

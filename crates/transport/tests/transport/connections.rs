@@ -1,8 +1,9 @@
-//! Choices of connections: with which probability, and to which of many emitters. A furnace knows the mean, since
-//! black emitters of radiance 1 under a sky of radiance 1 cannot be told from the sky.
+//! Random choices of connections: whether to connect, and to which of many emitters. A furnace
+//! gives the exact mean, because black emitters of radiance 1 look like the sky of radiance 1.
 //!
-//! False alarms: means of the path tracer are compared to exact ones at |z| < 4.4, nineteen of them with those of strategies, and
-//! batches of the bidirectional one, and variances, at rates of 1e-4: below 4e-4 for the file.
+//! False alarms: below 4e-4 for the file. Means of the path tracer, nineteen of them with those of
+//! strategies, are compared with exact ones at |z| < 4.4. Batches of bidirectional path tracing,
+//! and variances, have rates of 1e-4.
 
 use crate::common::{camera, container, fog, glass, mean, parts, shoot, shoot_by, sky, vacuum};
 use eikonal::field::{Constant, Gaussian, LinearIndex};
@@ -24,7 +25,7 @@ fn ball(center: DVec3, radius: f64) -> Sphere {
     Sphere::around(center, radius).unwrap()
 }
 
-/// Fog in a ball that bends light, in a shell of emitters of very different sizes.
+/// Fog in a ball that bends light, inside a shell of emitters of very different sizes.
 fn shell_of_lights(wall: Bsdf) -> Parts {
     let index: eikonal::Field = match wall {
         Bsdf::Null => Gaussian::new(1.0, 0.1, DVec3::ZERO, 0.25).unwrap().into(),
@@ -64,7 +65,7 @@ fn shell_of_lights(wall: Bsdf) -> Parts {
     )
 }
 
-/// n² at the sensor, by which the furnace is brighter.
+/// n² at the sensor, which is the radiance that the sensor sees in the furnace.
 fn exact(parts: &Parts) -> f64 {
     parts.media[1].index.n(DVec3::new(0.1, 0.3, 0.5)).powi(2)
 }
@@ -98,7 +99,7 @@ fn many_lights_from_both_ends() {
     family.check().unwrap();
 }
 
-/// Values of so many samples of a pixel.
+/// Values of `n` samples of a pixel.
 fn values(scene: &Scene, ws: &mut Workspace, seed: u64, n: u64) -> Vec<f64> {
     let path = Integrator::Path(PathTracer::default());
     let sums = |found: &[Contribution]| found.iter().map(|c| c.weighted()[0]).sum();
@@ -108,7 +109,7 @@ fn values(scene: &Scene, ws: &mut Workspace, seed: u64, n: u64) -> Vec<f64> {
         .collect()
 }
 
-/// Contributions of so many samples of a pixel by an estimator.
+/// Contributions of a number of samples of a pixel, by an estimator.
 fn samples(
     integrator: Integrator,
     scene: &Scene,
@@ -130,7 +131,7 @@ fn samples(
     (0..n).map(sample).collect()
 }
 
-/// The mean does not depend on how often connections are made.
+/// The mean does not depend on the rate of connections.
 #[test]
 fn any_rate_is_unbiased() {
     for (seed, wall) in [Bsdf::Null, glass()].into_iter().enumerate() {
@@ -150,12 +151,12 @@ fn any_rate_is_unbiased() {
     }
 }
 
-/// A pilot with all connections foretells the variance with few of them.
+/// A pilot with all connections predicts the variance with few of them.
 #[test]
 fn a_pilot_foretells_variances() {
     let mut parts = shell_of_lights(Bsdf::Null);
     parts.media[1].index = Constant::new(1.0).into();
-    // In a furnace what chance finds never varies.
+    // In a furnace, light found by hits has no variance.
     for emitter in &mut parts.emitters {
         if let Emitter::Area { radiance, .. } = emitter {
             *radiance *= 8.0;
@@ -189,7 +190,7 @@ fn a_pilot_foretells_variances() {
     family.check().unwrap();
 }
 
-/// The mean does not depend on how often strategies are used.
+/// The mean does not depend on the rates of strategies.
 #[test]
 fn any_rate_of_strategies_is_unbiased() {
     for (seed, wall) in [Bsdf::Null, glass()].into_iter().enumerate() {
@@ -211,7 +212,7 @@ fn any_rate_of_strategies_is_unbiased() {
             };
             let bdpt = Integrator::Bdpt(Bdpt::default());
             let found = samples(bdpt, &scene, &mut ws, seed as u64, 3000);
-            // What arrives beside the image is no part of it.
+            // Leave out contributions beside the image.
             let counts = |c: &&Contribution| {
                 c.image
                     .is_none_or(|place| place.iter().all(|x| (0.0..1.0).contains(x)))
@@ -228,7 +229,8 @@ fn any_rate_of_strategies_is_unbiased() {
     }
 }
 
-/// Along straight edges, with one light at either end of the fog: distances around one say nothing of those around the other.
+/// Tests straight edges with a light at either end of the fog: equiangular distances around one
+/// light say nothing about the other.
 #[test]
 fn two_points_add_up_in_thick_fog() {
     let point = |side: f64| Emitter::Point {
@@ -252,7 +254,8 @@ fn two_points_add_up_in_thick_fog() {
     assert!((together.0 - a.0 - b.0).abs() < Z * error && error < 0.01 * together.0);
 }
 
-/// Points amid fog, of which each edge and each vertex chooses one, against all of them one by one.
+/// Tests many point lights in fog: each edge and each vertex chooses one. The reference sums over
+/// all lights one by one.
 #[test]
 fn many_points_add_up() {
     let point = |i: usize| Emitter::Point {

@@ -1,5 +1,5 @@
-//! Sensors and lights in places where connections degenerate: images are finite, nothing panics, and what
-//! could not be connected is counted.
+//! Sensors and lights in places where connections degenerate: images are finite, nothing panics,
+//! and failed connections are counted.
 
 use crate::common::{camera, container, fog, glass, parts, path_tracer, shoot_by, sky, vacuum};
 use eikonal::Field;
@@ -45,7 +45,8 @@ fn beam(from: DVec3, direction: DVec3) -> Emitter {
     Emitter::Collimated(Collimated::new(from, direction, profile, Spectrum::ONE))
 }
 
-/// Every estimator's image is finite, with nothing left out as not finite.
+/// Asserts that every estimator's image is finite, and that no contribution was left out as not
+/// finite.
 fn check(name: &str, parts: &Parts) -> [Rendering; 3] {
     check_with(name, parts, 24)
 }
@@ -95,7 +96,7 @@ fn a_light_on_an_interface() {
     }
 }
 
-/// All rays of the beam meet where the camera is.
+/// All rays of the beam meet at the camera.
 #[test]
 fn a_sensor_at_a_focus() {
     let index = Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap();
@@ -113,7 +114,7 @@ fn a_sensor_at_a_focus() {
     }
 }
 
-/// Every ray from the light passes through the camera, inside the lens and with no fog at all.
+/// Every ray from the light passes through the camera, inside the lens and without fog.
 #[test]
 fn a_light_at_the_conjugate_of_the_sensor() {
     let index = Fisheye::new(2.0, DVec3::ZERO, 0.5).unwrap();
@@ -146,7 +147,8 @@ fn a_light_on_a_diffuse_surface() {
     check("light on a screen", &scene);
 }
 
-/// Parallel light against parallel views has no connection; what is seen directly is found from the sensor.
+/// Parallel light and parallel views have no connection; the sensor's rays find directly visible
+/// light.
 #[test]
 fn parallel_light_and_parallel_views() {
     let to_world = DAffine3 {
@@ -167,7 +169,7 @@ fn parallel_light_and_parallel_views() {
     }
 }
 
-/// What single precision does not hold is counted and left out, so that no pixel becomes infinite.
+/// Values beyond single precision are counted and left out, so that no pixel becomes infinite.
 #[test]
 fn light_too_bright_for_an_image() {
     let sensor = camera(DVec3::Z * 4.0, DVec3::ZERO);

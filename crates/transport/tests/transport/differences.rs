@@ -1,8 +1,8 @@
-//! Derivatives beside central differences of renders with the same random numbers.
+//! Derivatives, compared with central differences of renders with common random numbers.
 //!
-//! Both are means of 32 batches. What they differ by, over its standard error, varies like Student's t of 31 to 62 degrees of freedom (Welch).
-//! It is judged by the z of a normal distribution that is as rare: at |z| < 4 a comparison fails with a probability of 6.3e-5 although the
-//! code is right.
+//! Both are means of 32 batches. Their difference over its standard error follows Student's t with
+//! 31 to 62 degrees of freedom (Welch). It is converted to the z of a normal distribution with an
+//! equal p-value: at |z| < 4, correct code fails a comparison with a probability of 6.3e-5.
 
 use eikonal::field::Placement;
 use glam::{DAffine3, DVec3};
@@ -14,14 +14,14 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use testkit::batches::{self, welch_z};
 
-/// As many as derivatives are made of.
+/// Number of batches, equal to the number in derivatives.
 pub const BATCHES: u64 = 32;
 const MOST: f64 = 4.0;
 
 /// A mean and its standard error.
 pub type Mean = (f64, f64);
 
-/// Whether tests take more samples.
+/// True if tests take more samples.
 pub fn long() -> bool {
     std::env::var_os("MORGANA_LONG_TESTS").is_some()
 }
@@ -32,7 +32,7 @@ pub fn moments(all: &[f64]) -> Mean {
     (moments.mean(), moments.standard_error())
 }
 
-/// Σ weight × image of each batch of so many samples in all.
+/// Σ weight × image of each batch, with `samples` samples in all.
 pub fn losses(
     renderer: impl Into<Renderer>,
     scene: Scene,
@@ -63,7 +63,8 @@ pub fn losses(
     (0..BATCHES).map(batch).collect()
 }
 
-/// Mean and standard error of the quotient of differences of two losses, a step down and a step up, batch by batch.
+/// Mean and standard error of the difference quotient of two losses, a step down and a step up,
+/// batch by batch.
 pub fn quotient([down, up]: [Vec<f64>; 2], step: f64) -> Mean {
     let pairs = up.into_iter().zip(down);
     let quotients: Vec<f64> = pairs.map(|(up, down)| (up - down) / (2.0 * step)).collect();
@@ -77,7 +78,7 @@ pub struct Comparisons {
 }
 
 impl Comparisons {
-    /// Compares a mean with another.
+    /// Compares one mean with another.
     pub fn see(&mut self, what: &str, found: Mean, exact: Mean) {
         let z = welch_z(found, exact, BATCHES as usize);
         println!("{what}: {found:.4?}, expected {exact:.4?}, z = {z:.2}");
@@ -86,13 +87,13 @@ impl Comparisons {
         }
     }
 
-    /// Fails if any of them differed.
+    /// Fails if any comparison failed.
     pub fn check(self) {
         assert!(self.wrong.is_empty(), "{:#?}", self.wrong);
     }
 }
 
-/// Voxels of two channels around a ball of radius 1, with a value for each number in the order of memory.
+/// Voxels of two channels around a ball of radius 1, with a value for each number in memory order.
 pub fn voxels(value: impl Fn(usize) -> f32) -> VolumeTexture {
     const SIZE: usize = 5;
     let samples = GridSamples {

@@ -1,5 +1,6 @@
-//! Images of a spot of light on a wall by apertures that diffract, against the light that Airy's pattern sends to each pixel. Statistical
-//! tests: seeds are fixed, and all pixels of all sensors and estimators share a false-alarm rate of 1e-3.
+//! Images of a spot of light on a wall by diffracting apertures, compared with the light of Airy's
+//! pattern in each pixel. Statistical tests with fixed seeds; all pixels of all sensors and
+//! estimators share a false-alarm rate of 1e-3.
 
 use crate::common::{parts, path_tracer, shoot_by, vacuum};
 use eikonal::field::Constant;
@@ -19,14 +20,15 @@ use testkit::quadrature::{Effort, integrate_cell};
 use testkit::z_test::max_abs_z;
 
 const FAMILY: f64 = 1e-3;
-/// Distance of the plane in focus, which is a wall.
+/// Distance of the plane in focus, where the wall is.
 const FOCUS: f64 = 10.0;
-/// Half the width of that plane in view, and radius of the spot of light on it.
+/// Half-width of the visible part of that plane, and radius of the spot of light.
 const HALF: f64 = 1.0;
 const SPOT: f64 = 0.05;
 const PIXELS: usize = 8;
 
-/// A beam of power π lights a spot on a white wall, at `place` in the plane of focus; the camera looks along +z with +x to its left.
+/// A scene in which a beam of power π lights a spot on a white wall, at `place` in the plane in
+/// focus. The camera looks along +z with +x to its left.
 fn scene(sensor: Sensor, place: DVec2) -> Parts {
     let map = DAffine3::from_scale_rotation_translation(
         DVec3::splat(3.0 * HALF),
@@ -57,18 +59,19 @@ fn covered(obscuration: f64) -> ApertureShape {
     ApertureShape::new(iris).unwrap()
 }
 
-/// A thin lens whose first dark ring were at a radius `ring` in the plane of focus if it were a disc.
+/// A thin lens whose aperture would, if it were a disc, give a first dark ring of radius `ring` in
+/// the plane in focus.
 fn lens(ring: f64, aperture: ApertureShape) -> ThinLens {
     let radius = 0.05;
     let pinhole = Perspective::new(DAffine3::IDENTITY, 2.0 * (HALF / FOCUS).atan(), 1.0);
-    // r = 3.8317 λ f/(2π a) without an obscuration.
+    // The ring has the radius r = 3.8317 λ f/(2π a) without an obscuration.
     let wavelength = 2.0 * PI * radius * ring / (3.831_706 * FOCUS);
     ThinLens::new(pinhole, radius, FOCUS)
         .with_aperture(aperture)
         .with_diffraction(wavelength)
 }
 
-/// The pattern of a ring by reduced radii.
+/// Pattern of a ring aperture over reduced radii.
 fn ring_pattern(obscuration: f64) -> impl Fn(DVec2) -> f64 {
     let amplitude = |v: f64| 2.0 * libm::j1(v) / v;
     move |v| {
@@ -82,18 +85,19 @@ fn ring_pattern(obscuration: f64) -> impl Fn(DVec2) -> f64 {
     }
 }
 
-/// The pattern of a slit that is open from −`half` to `half`.
+/// Pattern of a slit that is open from −`half` to `half`.
 fn slit_pattern(half: f64, v: f64) -> f64 {
     let v = half * v.abs().max(1e-9);
     half * (v.sin() / v).powi(2) / PI
 }
 
-/// The image of the spot: what each pixel reads, with a first dark ring of radius `ring` if the aperture were a disc.
+/// Expected image of the spot, pixel by pixel. The first dark ring has the radius `ring` if the
+/// aperture is a disc.
 fn expected(ring: f64, pattern: impl Fn(DVec2) -> f64, place: DVec2) -> Vec<f64> {
     let per_length = 3.831_706 / ring;
-    // Power per area of the plane, for a power of one.
+    // Power per area of the plane, for a total power of one.
     let point = |from: DVec2| per_length * per_length * pattern(per_length * from);
-    // The mean over the spot, right to the fifth order: its middle and six points of a ring.
+    // Average over the spot, accurate to the fifth order: its centre and six points on a ring.
     let ring = |i: usize| DVec2::from_angle(PI / 3.0 * i as f64) * SPOT * (2.0_f64 / 3.0).sqrt();
     let spread = |[x, y]: [f64; 2]| {
         let from = DVec2::new(x, y) - place;
@@ -106,20 +110,20 @@ fn expected(ring: f64, pattern: impl Fn(DVec2) -> f64, place: DVec2) -> Vec<f64>
     };
     let pixel = 2.0 * HALF / PIXELS as f64;
     let at = |i: usize| {
-        // From the left, which is +x, and from above.
+        // Pixels run from the left, which is +x, and from above.
         let (x, y) = (
             HALF - pixel * (i % PIXELS) as f64,
             HALF - pixel * (i / PIXELS) as f64,
         );
         let share = integrate_cell(&spread, [x - pixel, y - pixel], [x, y], effort);
-        // A white wall sends on 1/π of the power as radiance.
+        // A white wall reflects 1/π of the irradiance as radiance.
         share / (pixel * pixel)
     };
     (0..PIXELS * PIXELS).map(at).collect()
 }
 
-/// How many standard errors each pixel is from what it should be: those that get more than 1/150 of all light, and the sum of all others,
-/// of which each has too few samples for a normal mean.
+/// Returns the deviations of pixels in standard errors. Pixels with more than 1/150 of the light
+/// count singly; the others have too few samples for a normal mean and are summed.
 fn deviations(by: Integrator, parts: Parts, samples: u64, expected: &[f64]) -> Vec<f64> {
     let rendering = shoot_by(by, parts, samples, 5);
     let total: f64 = expected.iter().sum();
@@ -129,7 +133,7 @@ fn deviations(by: Integrator, parts: Parts, samples: u64, expected: &[f64]) -> V
     for (pixel, expected) in rendering.film.pixels(0).zip(expected) {
         let found = [pixel.mean()[0] - expected, pixel.variance_of_mean()[0]];
         if *expected > total / 150.0 {
-            // Cosines of the beam's light, of up to six degrees, and of the lens.
+            // Allow for cosines: of the beam's light, at up to six degrees, and of the lens.
             zs.push(found[0] / (found[1].sqrt() + 1e-5 * total));
         } else {
             rest = [rest[0] + found[0], rest[1] + found[1]];
@@ -156,7 +160,7 @@ fn a_point_becomes_the_pattern_of_the_aperture() {
     };
     let bdpt = Integrator::Bdpt(Bdpt::default());
     let mut zs = Vec::new();
-    // A window of half the width, upright.
+    // An upright window of half the width.
     let window = ApertureShape::picture(4, &[0.0, 1.0, 1.0, 0.0].repeat(4)).unwrap();
     let window_pattern = |v: DVec2| slit_pattern(0.5, v.x) * slit_pattern(1.0, v.y);
     for (aperture, wanted) in [
@@ -178,7 +182,7 @@ fn a_point_becomes_the_pattern_of_the_aperture() {
     max_abs_z(&zs, FAMILY).unwrap();
 }
 
-/// In water the pattern is smaller by the index, and a crop shows its part of the picture.
+/// In water the pattern is smaller by a factor of the index. A crop shows its part of the image.
 #[test]
 fn the_pattern_shrinks_in_a_medium_and_stays_in_place_in_a_crop() {
     let place = DVec2::new(-0.3, 0.4);
@@ -203,7 +207,7 @@ fn the_pattern_shrinks_in_a_medium_and_stays_in_place_in_a_crop() {
     max_abs_z(&zs, FAMILY).unwrap();
 }
 
-/// A transform that stretches the lens along x makes the pattern narrower there, in the world: a pattern as of two widths.
+/// A transform that stretches the lens along x narrows the pattern there, in world units.
 #[test]
 fn offsets_follow_the_axes_of_the_aperture() {
     let at = |scale: DVec3| {
@@ -213,7 +217,7 @@ fn offsets_follow_the_axes_of_the_aperture() {
         let sensor = Sensor::ThinLens(lens);
         let point_spread = sensor.point_spread().unwrap().clone();
         let aim = |u: [f64; 2]| {
-            // The middle of the lens: a pinhole, whose ray's slope is that of the world.
+            // At the centre the lens is a pinhole, whose ray has the slope of the world.
             let [s, t] = point_spread.offset(1.0, || u);
             let d = sensor.ray([0.5 - s, 0.5 - t], [0.5; 2]).direction;
             [d.x / d.z, d.y / d.z]

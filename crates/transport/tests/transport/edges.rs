@@ -1,4 +1,4 @@
-//! Edges, sampled and connected, against closed forms.
+//! Sampled edges and connections, compared with closed forms.
 
 use crate::common::{camera, container, fog, glass, parts, sky, vacuum};
 use eikonal::connect::{InitialGuess, Pattern, RayFamily};
@@ -93,7 +93,7 @@ fn luneburg_ball(sigma_t: f64) -> Scene {
     ))
 }
 
-/// An edge whose neighbours are not followed is the same one, through boundaries too, but for its geometry term.
+/// Edges with and without tangents agree, also through boundaries, except for the geometry term.
 #[test]
 fn edges_do_not_depend_on_their_neighbours() {
     let scene = luneburg_ball(0.7);
@@ -121,8 +121,8 @@ fn edges_do_not_depend_on_their_neighbours() {
     }
 }
 
-/// A connection inside a Luneburg ball has the directions, the Jacobian and the depth of the harmonic orbit
-/// x(σ) = x₀ cos σ + v₀ sin σ: chord directions and 1/d² are far off.
+/// A connection inside a Luneburg ball has the directions, the Jacobian and the depth of the
+/// harmonic orbit x(σ) = x₀ cos σ + v₀ sin σ. Chord directions and 1/d² would be far off.
 #[test]
 fn connections_follow_the_harmonic_orbit() {
     let scene = luneburg_ball(0.7);
@@ -148,16 +148,16 @@ fn connections_follow_the_harmonic_orbit() {
     let h = sigma / steps as f64;
     let length: f64 = (0..steps).map(|i| speed((i as f64 + 0.5) * h) * h).sum();
     assert!((connection.geometry.depth[0] - 0.7 * length).abs() < 1e-7);
-    // The naive geometry term and direction are wrong by far more than any tolerance here.
+    // Check that the naive geometry term and direction are off by far more than any tolerance here.
     assert!((j / x.distance_squared(y) - 1.0).abs() > 0.05);
     assert!(connection.direction.angle_between(y - x) > 0.05);
 }
 
-/// The last arc before a boundary counts up to the boundary, not to the last whole step.
+/// The last arc before a boundary counts up to the boundary, not to the end of its step.
 #[test]
 fn an_edge_is_as_long_as_its_way() {
     let scene = luneburg_ball(1e-9);
-    // Along the axis the ray is straight: two units inside.
+    // Along the axis the ray is straight, and two units long inside.
     let edge = edge(&scene, -DVec3::Z * 3.0, DVec3::Z, 1);
     assert!(
         matches!(edge.end, End::Escaped { direction, .. } if direction.distance(DVec3::Z) < 1e-9)
@@ -167,7 +167,7 @@ fn an_edge_is_as_long_as_its_way() {
         "{}",
         edge.geometry.depth[0]
     );
-    // Off axis all rays cross at the far pole.
+    // Off the axis all rays cross at the far pole.
     let b: f64 = 0.6;
     let edge = self::edge(&scene, DVec3::new(b, 0.0, -3.0), DVec3::Z, 1);
     let mut inside = edge.spans.iter().filter(|s| s.medium == 1);
@@ -175,8 +175,8 @@ fn an_edge_is_as_long_as_its_way() {
     assert!(last.arc.position(last.theta_end).distance(DVec3::Z) < 1e-8);
 }
 
-/// n sin θ is constant through layers: a ray leaves a graded slab in the direction in which it came,
-/// whichever way it bent inside. Refraction computed from the chord inside breaks this.
+/// n sin θ is constant through layers: a ray leaves a graded slab in its original direction,
+/// whichever way it bent inside. Refraction computed from the chord inside would break this.
 #[test]
 fn refraction_uses_the_tangent_of_the_ray() {
     let slab = Cube::new(DAffine3 {
@@ -208,14 +208,16 @@ fn refraction_uses_the_tangent_of_the_ray() {
     assert!(straight_through > 20);
 }
 
-/// Occlusion is tested along the curved ray: a disc on the chord does not block it, one on the arc does.
+/// Occlusion is tested along the curved ray: a disc on the chord does not block it, while a disc on
+/// the arc does.
 #[test]
 fn occlusion_follows_the_arc() {
     let index: Field = LinearSquare::new(1.5, DVec3::Y, DVec3::ZERO)
         .unwrap()
         .into();
     let (x, y) = (-DVec3::X, DVec3::X);
-    // A parabola in σ, symmetric about x = 0: its apex lies at the height that the solver finds.
+    // The ray is a parabola in σ, symmetric about x = 0. Its apex lies at the height that the
+    // solver finds.
     let with_disc = |center: Option<DVec3>| {
         let cube = Cube::new(DAffine3::from_scale(DVec3::splat(1.5))).unwrap();
         let mut objects = vec![container(cube, Bsdf::Null)];
@@ -262,7 +264,7 @@ fn occlusion_follows_the_arc() {
     );
 }
 
-/// Every point of a focused beam is reached, however close to the focus, by the ray that closed form says.
+/// The ray of the closed form reaches every point of a focused beam, however close to the focus.
 #[test]
 fn a_beam_is_connected_up_to_its_focus() {
     use morgana_transport::emitter::{BeamProfile, Collimated};
@@ -319,8 +321,8 @@ fn a_beam_is_connected_up_to_its_focus() {
     );
 }
 
-/// Where nothing bends rays, connections are closed forms: the same as what the solver finds by shooting, also
-/// through boundaries that are index-matched by declaration only.
+/// Connections use closed forms where nothing bends rays. They agree with the solver's shooting,
+/// also through boundaries that are index-matched only by declaration.
 #[test]
 fn straight_connections_are_those_of_the_solver() {
     let cube = Cube::new(DAffine3::IDENTITY).unwrap();
@@ -367,14 +369,15 @@ fn straight_connections_are_those_of_the_solver() {
         let depth = morgana_transport::path::transmittance(&scene, solver.pieces());
         assert!((connection.geometry.depth.exp_neg()[0] - depth[0]).abs() < 1e-8);
     }
-    // A target nearer to a boundary than rays are kept off it.
+    // Connect to a target closer to a boundary than the offset of rays.
     let found = connections(&scene, DVec3::X * 3.0, DVec3::X * (1.0 - 1e-11));
     assert!(found[0].transmittance()[0].is_finite());
     assert!((found[0].geometry.geometry_term * 4.0 * 1.3 - 1.0).abs() < 1e-8);
 }
 
-/// A ray that circles in a fisheye would be followed for ever beyond a collision: it is followed for 32 radii of the scene, and exactly as
-/// far wherever it collides, for densities of distances are taken over that part.
+/// A ray that circles in a fisheye would continue for ever beyond a collision. It is traced for 32
+/// radii of the scene, wherever it collides, because densities of distances are taken over this
+/// length.
 #[test]
 fn extensions_of_rays_that_circle_end() {
     let ball = Sphere::around(DVec3::ZERO, 1.0).unwrap();

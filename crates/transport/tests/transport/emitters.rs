@@ -1,4 +1,5 @@
-//! Emitters and lenses against their closed forms. Two chi-square tests, each at a false-alarm rate of 5e-4.
+//! Emitters and lenses, compared with closed forms. Two chi-square tests, each at a false-alarm
+//! rate of 5e-4.
 
 use glam::{DAffine3, DMat3, DVec3};
 use morgana_transport::emitter::{BeamProfile, Collimated, DistantDisc, Environment, Spot};
@@ -7,7 +8,8 @@ use morgana_transport::{Orientation, Spectrum};
 use std::f64::consts::{PI, TAU};
 use testkit::{DirectionTable, Family, Mass, Rng, uniform_edges};
 
-/// Directions have the density that goes with them, which is that of the environment; at a false-alarm rate of 5e-4.
+/// Asserts that sampled directions have the reported density, and the density of the environment;
+/// false-alarm rate 5e-4.
 fn check_sampling(environment: &Environment, table: &DirectionTable, seed: u64) {
     let sample = |rng: &mut Rng| {
         let (direction, pdf) = environment.sample(rng.uniform());
@@ -32,7 +34,7 @@ fn environment_images_are_sampled_by_their_density() {
     let turn = DMat3::from_axis_angle(DVec3::new(0.3, 0.8, -0.5).normalize(), 1.1);
     let (turn, _) = Orientation::nearest(turn).unwrap();
     let image = Environment::image(width, height, pixels, turn).unwrap();
-    // Bins along the image's own axis.
+    // Align the bins with the image's own axis.
     let axis = turn.to_world(DVec3::Y).to_array();
     let table = DirectionTable::uniform(axis, 18, 24).with_mass_tolerance(2e-3);
     check_sampling(&image, &table, 1);
@@ -48,7 +50,7 @@ fn discs_in_the_sky_are_sampled_by_their_density() {
     edges.extend(uniform_edges(rim, 1.0, 6));
     let table = DirectionTable::new(center.to_array(), edges, 24);
     check_sampling(&disc, &table, 2);
-    // As narrow as the sun.
+    // A disc as narrow as the sun.
     let sun = Environment::Disc(DistantDisc::new(center, 4.675e-3, 2.0).unwrap());
     for k in 0..100 {
         let (direction, pdf) = sun.sample([0.01 * f64::from(k), 0.3]);
@@ -58,8 +60,8 @@ fn discs_in_the_sky_are_sampled_by_their_density() {
     assert_eq!(sun.radiance(DVec3::X), Spectrum::ZERO);
 }
 
-/// What Mitsuba 3.9.1 says of a map of 4 × 3 pixels, 1 to 12, at directions given by u and v, and of one of 2 × 2, which
-/// it pads by repeating the last row.
+/// Compares with Mitsuba 3.9.1: a map of 4 × 3 pixels, 1 to 12, at directions given by u and v, and
+/// a map of 2 × 2 pixels, which Mitsuba pads by repeating the last row.
 #[test]
 fn environment_images_are_interpolated_as_in_mitsuba() {
     let map = |width: usize, height: usize| {
@@ -86,7 +88,8 @@ fn environment_images_are_interpolated_as_in_mitsuba() {
     }
 }
 
-/// The solid angle of a pixel vanishes at the poles of an image; densities keep their digits there.
+/// The solid angle of a pixel vanishes at the poles of an image; densities keep their accuracy
+/// there.
 #[test]
 fn densities_of_images_are_exact_near_the_poles() {
     let image = Environment::image(2, 2, vec![Spectrum::ONE; 4], Orientation::IDENTITY).unwrap();
@@ -127,7 +130,8 @@ fn a_spot_fades_between_its_angles() {
     assert!((at(0.3) - 0.5).abs() < 1e-12);
 }
 
-/// A point at the focal distance is sharp: all rays of a pixel meet there, wherever they cross the lens.
+/// A point at the focal distance is sharp: all rays of a pixel meet there, wherever they cross the
+/// lens.
 #[test]
 fn thin_lens_rays_of_a_pixel_meet_in_focus() {
     let pinhole = Perspective::new(DAffine3::IDENTITY, 0.7, 1.5);

@@ -1,4 +1,5 @@
-//! Quantities of the first surface on a sensor ray, against closed forms: exact values, but for the tolerance of curved rays.
+//! Quantities of the first surface on a sensor ray, compared with closed forms: exact, except for
+//! the tolerance of curved rays.
 
 use crate::common::{camera, container, fog, glass, parts, vacuum};
 use eikonal::Tolerance;
@@ -19,7 +20,7 @@ use morgana_transport::{Scene, Spectrum};
 use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 
 const ROUNDING: f64 = 1e-12;
-/// A ray starts anew behind each boundary, off it by less than any tolerance.
+/// Tolerance of lengths: a ray restarts behind each boundary, off it by less than any tolerance.
 const OFF: f64 = 1e-9;
 
 fn white() -> Bsdf {
@@ -33,7 +34,8 @@ fn plain(shape: impl Into<Shape>, bsdf: Bsdf) -> Object {
     }
 }
 
-/// Fog of some index in the cube from −1 to 1, within a null boundary, around more objects.
+/// A scene with fog of some index in the cube from −1 to 1, within a null boundary, around further
+/// objects.
 fn in_cube(index: impl Into<eikonal::Field>, objects: Vec<Object>) -> Scene {
     let cube = container(Cube::new(DAffine3::IDENTITY).unwrap(), Bsdf::Null);
     let objects = std::iter::once(cube).chain(objects).collect();
@@ -46,7 +48,7 @@ fn in_cube(index: impl Into<eikonal::Field>, objects: Vec<Object>) -> Scene {
     Scene::new(scene).unwrap_or_else(|problems| panic!("{problems:?}"))
 }
 
-/// The values of one ray, by the names of their channels.
+/// Values of one ray, by channel name.
 struct Seen(Vec<(&'static str, f64)>);
 
 impl Seen {
@@ -58,7 +60,7 @@ impl Seen {
         Seen(tracer.channels().zip(values).collect())
     }
 
-    /// The first surface that a ray meets.
+    /// Traces a ray to the first surface that it meets.
     fn along(scene: &Scene, origin: DVec3, direction: DVec3) -> Self {
         let of_surfaces = Aov::ALL.into_iter().filter(|aov| aov.is_of_surface());
         let of_surfaces: Vec<Aov> = of_surfaces.collect();
@@ -83,7 +85,8 @@ fn close(found: DVec3, expected: DVec3, tolerance: f64) {
     );
 }
 
-/// A ball of radius 1/2 in fog whose index is that of its surroundings: the boundary is passed, and the first surface is the ball.
+/// A ball of radius 1/2 in fog whose index matches the surroundings. The ray passes the boundary,
+/// and its first surface is the ball.
 #[test]
 fn a_ball_behind_a_matched_boundary() {
     let ball = Sphere::around(DVec3::ZERO, 0.5).unwrap();
@@ -105,7 +108,7 @@ fn a_ball_behind_a_matched_boundary() {
     assert_eq!(seen.one("prim_index.I"), 0.0);
     assert_eq!(seen.one("shape_index.I"), 2.0);
     assert_eq!(seen.one("albedo.R"), 0.5);
-    // Past the ball there is nothing.
+    // Past the ball the ray meets nothing.
     let missed = Seen::along(&scene, DVec3::new(0.7, 0.0, -3.0), DVec3::Z);
     assert!(missed.0.iter().all(|(_, value)| *value == 0.0));
 }
@@ -137,8 +140,9 @@ fn a_plane_has_coordinates() {
     close(seen.vector("dp_dv"), DVec3::Y * 0.8, ROUNDING);
 }
 
-/// Where n = n₀ + b y, a ray that starts across the gradient, where n = n₀, is the catenary y = (n₀/b)(cosh(bz/n₀) − 1) of arc length
-/// (n₀/b) sinh(bz/n₀): the depth of a screen at z is that, not the distance.
+/// In n = n₀ + b y, a ray that starts across the gradient where n = n₀ is the catenary y =
+/// (n₀/b)(cosh(bz/n₀) − 1) of arc length (n₀/b) sinh(bz/n₀). The depth of a screen at z is the arc
+/// length, not the distance.
 #[test]
 fn depth_is_measured_along_the_curve() {
     let (n0, b) = (1.0, 0.4);
@@ -156,7 +160,7 @@ fn depth_is_measured_along_the_curve() {
     let tolerance = 1e-9;
     let depth = seen.one("depth.T");
     assert!((depth - (2.0 + length)).abs() < tolerance, "{depth}");
-    // It is far from the distance.
+    // Check that the length differs clearly from the distance.
     assert!(length - 1.8f64.hypot(height) > 0.01);
     close(
         seen.vector("position"),
@@ -166,7 +170,8 @@ fn depth_is_measured_along_the_curve() {
     close(seen.vector("geo_normal"), DVec3::NEG_Z, ROUNDING);
 }
 
-/// The first surface is glass, the exit is beyond: both kinds of quantities of one ray, and each as if it were alone.
+/// The first surface is glass, and the exit lies beyond. Both kinds of quantities agree with those
+/// of rays that are asked for one kind alone.
 #[test]
 fn surfaces_and_ways_are_told_apart() {
     let ball = plain(Sphere::around(DVec3::ZERO, 0.5).unwrap(), glass());
@@ -186,13 +191,13 @@ fn surfaces_and_ways_are_told_apart() {
     let depth = 3.0 - (0.25 - 0.05f64).sqrt();
     assert!((both.one("depth.T") - depth).abs() < OFF);
     assert!(both.one("arc_length") > both.one("depth.T"));
-    // A pane stops the view as well, though rays go on.
+    // A pane stops the view, too, although rays continue.
     let beside = Seen::along(&scene, DVec3::new(0.7, 0.2, -3.0), DVec3::Z);
     assert_eq!(beside.one("shape_index.I"), 3.0);
     assert!((beside.one("depth.T") - 5.0).abs() < OFF);
 }
 
-/// A ray that circles within its medium for ever is lost, and has seen nothing.
+/// A ray that circles within its medium for ever is lost, and has no first surface.
 #[test]
 fn a_lost_ray_sees_nothing() {
     let media = vec![
@@ -222,7 +227,7 @@ fn diffuse(reflectance: f64) -> Bsdf {
     Bsdf::Diffuse(Diffuse::new(reflectance).unwrap())
 }
 
-/// The albedo is that of diffuse bases, mixtures and the side that is seen; mirrors have none.
+/// The albedo belongs to diffuse bases, mixtures and the visible side; mirrors have none.
 #[test]
 fn albedos() {
     let (front, back) = (DVec3::new(0.6, 0.0, 0.8), DVec3::new(0.6, 0.0, -0.8));
@@ -241,7 +246,8 @@ fn albedos() {
     }
 }
 
-/// Normals of maps are those that scatter light, on the side of the shape's own, whichever side is seen.
+/// Normals of maps are the shading normals, on the side of the shape's own normal, whichever side
+/// is seen.
 #[test]
 fn mapped_normals_are_shown() {
     let towards = |x: f64, z: f64| {

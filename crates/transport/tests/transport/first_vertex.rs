@@ -1,7 +1,8 @@
-//! How paths begin: collisions that are forced on first edges, where these would leave the scene without having met
-//! anything; and splitting, where first edges are refracted and reflected.
+//! First-vertex techniques: forced collisions on first edges that would otherwise leave the scene
+//! without a collision, and splitting of first edges at refraction and reflection.
 //!
-//! False alarms: means with forced collisions, depths of these, and means with splitting at a family-wise rate of 1e-4 each.
+//! False alarms: a family-wise rate of 1e-4 each for means with forced collisions, depths of forced
+//! collisions, and means with splitting.
 
 use crate::common::{camera, container, fog, glass, parts, path_tracer, sky, vacuum};
 use eikonal::field::{Constant, Gaussian, Placement};
@@ -31,7 +32,7 @@ fn cube(half: f64) -> Cube {
     Cube::new(DAffine3::from_scale(DVec3::splat(half))).unwrap()
 }
 
-/// Light that comes from above.
+/// A sun that shines from above.
 fn sun() -> Emitter {
     Emitter::Directional {
         direction: -DVec3::Y,
@@ -61,7 +62,7 @@ fn foggy(medium: Medium, emitter: Emitter) -> Scene {
     Scene::new(scene(vec![fog], vec![vacuum(), medium], emitter)).unwrap()
 }
 
-/// A cube in a cube, of different colours and densities, and with channels that differ.
+/// A cube in a cube, of different colours and densities, also between channels.
 fn nested() -> Scene {
     let [outer, inner] = [1.0, 0.5].map(|half| container(cube(half), Bsdf::Null));
     let inner = Object {
@@ -85,7 +86,7 @@ fn nested() -> Scene {
     Scene::new(parts).unwrap()
 }
 
-/// A cube of smoke that gets thicker to one side.
+/// A cube of smoke whose density increases to one side.
 fn smoky() -> Scene {
     let samples = GridSamples {
         size: [3; 3],
@@ -111,13 +112,13 @@ fn bending() -> Scene {
     foggy(fog(index, 0.5, 0.9, 0.5), point_light())
 }
 
-/// How paths begin where nothing is to be gained.
+/// Techniques of scenes in which neither helps: none.
 const NATURAL: FirstVertexTechniques = FirstVertexTechniques {
     forced_collisions: 0,
     splitting: false,
 };
 
-/// Forced collisions on so many edges.
+/// Forced collisions on the first `edges` edges.
 fn forced(edges: u32) -> FirstVertexTechniques {
     FirstVertexTechniques {
         forced_collisions: edges,
@@ -132,7 +133,7 @@ fn splitting(splitting: bool) -> FirstVertexTechniques {
     }
 }
 
-/// What each of so many paths brings along a ray, and how.
+/// Contributions of a number of paths along a ray, and the techniques that they used.
 fn paths(
     scene: &Scene,
     tracer: PathTracer,
@@ -153,7 +154,7 @@ fn paths(
     (0..samples).map(take).collect()
 }
 
-/// The light that each brings.
+/// Light that each path contributes.
 fn light(
     scene: &Scene,
     tracer: PathTracer,
@@ -166,7 +167,7 @@ fn light(
     paths.iter().map(value).collect()
 }
 
-/// Means of batches.
+/// Means over batches of values.
 fn batches(values: &[f64]) -> Vec<f64> {
     let size = values.len() / 100;
     let means = values
@@ -183,8 +184,8 @@ fn ray() -> SensorRay {
     }
 }
 
-/// Where the way to the light is equally long from everywhere on a ray, a forced collision with a homogeneous fog brings
-/// the same wherever it is: single scattering in closed form, to rounding.
+/// In homogeneous fog, all forced collisions contribute equally if the distance to the light is
+/// equal from everywhere on the ray: single scattering in closed form, to rounding.
 #[test]
 fn single_scattering_has_no_variance() {
     let sigma_t = 0.3;
@@ -204,13 +205,13 @@ fn single_scattering_has_no_variance() {
         found.iter().all(|value| (value / exact - 1.0).abs() < 1e-8),
         "{found:?} {exact}"
     );
-    // Without, nearly half of them bring nothing.
+    // Without forced collisions, nearly half of the paths contribute nothing.
     let natural = light(&scene, tracer, forced(0), (ray, 1), 100);
     assert!(natural.iter().filter(|value| **value == 0.0).count() > 30);
 }
 
-/// The means are those of collisions by chance, on any number of edges: in several media and channels, smoke, and where rays
-/// are bent. Variances are smaller.
+/// Means with forced collisions equal means without, on any number of edges: in several media and
+/// channels, in smoke, and where rays bend. Variances are smaller.
 #[test]
 fn means_stay() {
     let mut family = Family::new(FALSE_ALARM);
@@ -257,7 +258,7 @@ fn forced_edge(scene: &Scene, direction: DVec3, seed: u64) -> Edge<'_> {
     edge_and_parts(scene, direction, seed, true).0
 }
 
-/// An edge with its parts; only if it is forced it is extended and has spans, too.
+/// Returns an edge with its parts. Only forced edges are extended and have spans.
 fn edge_and_parts(
     scene: &Scene,
     direction: DVec3,
@@ -282,7 +283,8 @@ fn edge_and_parts(
     (edge, ws.edge_parts)
 }
 
-/// The parts of an edge end where it does: at a collision, forced or natural, behind a surface that refracts or before it, or where it leaves the scene.
+/// The parts of an edge end where the edge does: at a collision, forced or natural, behind a
+/// surface that refracts or in front of it, or where the edge leaves the scene.
 #[test]
 fn parts_are_those_up_to_the_end() {
     let glassy = ball(glass(), fog(Constant::new(1.5), 1.0, 0.8, 0.0), vec![sun()]);
@@ -316,8 +318,8 @@ fn parts_are_those_up_to_the_end() {
     assert!(collided > 300 && left > 100);
 }
 
-/// Depths at collisions are distributed as their densities say: (1 − e⁻ᵈ)/(1 − e⁻ᴰ) for each channel. The places belong to
-/// the depths.
+/// Depths of collisions have the reported distribution, (1 − e⁻ᵈ)/(1 − e⁻ᴰ) in each channel.
+/// Positions belong to the depths.
 #[test]
 fn depths_have_their_distribution() {
     let scene = nested();
@@ -341,7 +343,7 @@ fn depths_have_their_distribution() {
             below.push(f64::from(u8::from(point.depth[0] < *cut)));
         }
     }
-    // The second channel's depth where the first one's is d.
+    // Depth of the second channel where the depth of the first is d.
     let other = |d: f64| {
         if d < 0.1 {
             4.5 * d
@@ -359,7 +361,7 @@ fn depths_have_their_distribution() {
     family.check().unwrap();
 }
 
-/// Nothing is forced where there is nothing to collide with, nor where the edge ends on a surface, collided or not.
+/// Nothing is forced where the edge meets no medium, nor where it ends on a surface.
 #[test]
 fn only_what_would_leave_is_forced() {
     let cubes = nested();
@@ -393,7 +395,7 @@ fn ball(glass: Bsdf, inside: Medium, emitters: Vec<Emitter>) -> Scene {
     Scene::new(parts(vec![ball], vec![vacuum(), inside], emitters, camera)).unwrap()
 }
 
-/// The ray that meets the ball at 50° from its normal.
+/// A ray that meets the ball at 50° from its normal.
 fn slanting() -> SensorRay {
     SensorRay {
         origin: DVec3::new(50f64.to_radians().sin(), 0.0, 4.0),
@@ -401,7 +403,7 @@ fn slanting() -> SensorRay {
     }
 }
 
-/// The share of the slanting ray that a ball of this index reflects, by Fresnel's equations.
+/// Fraction of the slanting ray that a ball of this index reflects, by Fresnel's equations.
 fn reflectance(n: f64) -> f64 {
     let (sin, cos) = 50f64.to_radians().sin_cos();
     let far = (1.0 - (sin / n).powi(2)).sqrt();
@@ -412,8 +414,8 @@ fn reflectance(n: f64) -> f64 {
     0.5 * (s * s + p * p)
 }
 
-/// Nothing is refracted out of a black ball: a split brings the reflected part of the sky, by Fresnel's equations, each
-/// time, and on the same way as a path that is reflected by chance.
+/// Nothing is refracted out of a black ball. Each split contributes the reflected part of the sky,
+/// by Fresnel's equations, along the path of a randomly reflected ray.
 #[test]
 fn reflections_have_no_variance() {
     let n = 1.5;
@@ -433,7 +435,8 @@ fn reflections_have_no_variance() {
     }
 }
 
-/// Of the 64 samples of a replicate as many are reflected as Fresnel's equations say, rounded up or down.
+/// The number of reflected samples among the 64 of a replicate follows Fresnel's equations, rounded
+/// up or down.
 #[test]
 fn reflections_are_spread_evenly() {
     let black = fog(Constant::new(1.5), 1e3, 0.0, 0.0);
@@ -453,7 +456,7 @@ fn reflections_are_spread_evenly() {
     }
 }
 
-/// Where nothing is reflected, the other way is all there is.
+/// Without reflection, only the refracted path remains.
 #[test]
 fn a_split_that_brings_nothing_is_left() {
     let n = 1.5;
@@ -462,7 +465,7 @@ fn a_split_that_brings_nothing_is_left() {
     let scene = ball(Bsdf::Dielectric(tinted), clear, vec![sky()]);
     let transmitted = 1.0 - reflectance(n);
     let found = light(&scene, tracer(), splitting(true), (slanting(), 1), 2000);
-    // Inside, a part is lost at the wall by chance.
+    // Inside, random reflection at the wall loses a part.
     assert!(found.iter().all(|value| value.is_finite()));
     let lit: Vec<_> = found.iter().filter(|value| **value > 0.0).collect();
     assert!(lit.len() > 1700, "{}", lit.len());
@@ -472,7 +475,8 @@ fn a_split_that_brings_nothing_is_left() {
     );
 }
 
-/// The two parts are all there is: a ball without absorption under a sky of radiance 1 is not seen.
+/// The two parts add up to everything: a ball without absorption under a sky of radiance 1 is
+/// invisible.
 #[test]
 fn parts_add_up() {
     let clear = fog(Constant::new(1.5), 0.0, 0.0, 0.0);
@@ -486,8 +490,8 @@ fn parts_add_up() {
     }
 }
 
-/// The means are those without splitting: with fog of two colours before and inside the ball, where light comes from an emitter,
-/// the sun and the sky, for paths of limited length, too.
+/// Means with splitting equal means without, with fog of two colours in front of the ball and
+/// inside, under light from an emitter, the sun and the sky, also for paths of limited length.
 #[test]
 fn splitting_keeps_means() {
     let coloured = |sigma_t, n| Medium {
@@ -520,7 +524,7 @@ fn splitting_keeps_means() {
     parts.film.channels = 2;
     let scene = Scene::new(parts).unwrap();
     let mut family = Family::new(FALSE_ALARM);
-    // Much is reflected where it meets the ball.
+    // A grazing ray, of which the ball reflects much.
     let grazing = SensorRay {
         origin: DVec3::new(0.57, 0.0, 4.0),
         direction: -DVec3::Z,
@@ -549,14 +553,14 @@ fn splitting_keeps_means() {
     family.check().unwrap();
 }
 
-/// How the pilot of a render has paths begin.
+/// Returns the first-vertex techniques that the pilot of a render chooses.
 fn chosen(scene: Scene, integrator: Integrator) -> FirstVertexTechniques {
     let options = RenderOptions::new(integrator, 1, 1);
     let rendering = render(&[scene], &options, |_| ControlFlow::Continue(()));
     rendering.first_vertex
 }
 
-/// A glass ball under a sky, with an emitter of some radius that is mirrored in few pixels.
+/// A glass ball under a sky, and an emitter of some radius that few pixels see reflected.
 fn mirroring(inside: Medium, radius: f64) -> Scene {
     let light = Object {
         name: "light".into(),
@@ -579,14 +583,16 @@ fn mirroring(inside: Medium, radius: f64) -> Scene {
         vec![emitter, sky()],
         camera,
     );
-    // Pixels small enough to tell the reflection apart.
+    // Use small pixels, which resolve the reflection.
     (parts.film.width, parts.film.height) = (48, 48);
     Scene::new(parts).unwrap()
 }
 
-/// Where it pays, and nowhere else: in thin smoke without an environment, and at glass balls that mirror an emitter, be it in so few
-/// pixels that paths which choose one way hardly find it (0.1 % of the image, of which they reflect 4 %); not
-/// where paths that leave the scene find light, nor by other estimators, nor where the glass is not seen.
+/// Pilots choose the techniques only where they help: in thin smoke without an environment, and at
+/// glass balls that reflect an emitter. The emitter may be in few pixels (0.1 % of the image),
+/// whose reflection of 4 % paths that choose one direction hardly find. Pilots do not choose them
+/// where paths that leave the scene find light, for other estimators, or where the glass is not
+/// seen.
 #[test]
 fn pilots_choose_what_pays() {
     let path = Integrator::Path(tracer());

@@ -1,9 +1,9 @@
-//! The n² furnace (docs/theory.md#radiance): where basic radiance is 1 all around, L = n² everywhere,
-//! whatever scatters, for every estimator.
+//! The n² furnace (docs/theory.md#radiance). If basic radiance is 1 all around, L = n² everywhere,
+//! for any scattering and every estimator.
 //!
-//! Every test of the path tracer compares a mean to its exact value at |z| < 4.4: with 15 comparisons in
-//! this file the family-wise false-alarm rate is 1.6e-4. Estimators whose pixels depend on one another are
-//! compared by batches, at a false-alarm rate of 1e-3 for all of them together.
+//! Every test of the path tracer compares a mean with its exact value at |z| < 4.4; with 15
+//! comparisons in this file, the family-wise false-alarm rate is 1.6e-4. Estimators with correlated
+//! pixels are compared by batches, at a false-alarm rate of 1e-3 for all of them together.
 
 use crate::common::{camera, container, fog, glass, mean, parts, shoot, shoot_by, sky, vacuum};
 use eikonal::field::{Gaussian, LinearIndex, Luneburg};
@@ -23,8 +23,8 @@ fn check(name: &str, rendering: morgana_transport::render::Rendering, exact: f64
         "{name}: {mean} ± {error}, exact {exact}, {:?}",
         rendering.stats
     );
-    // All paths end on the environment with weight one: some furnaces have no variance at all, and
-    // are exact to the rays' tolerance.
+    // All paths end on the environment with weight one. Some furnaces have no variance at all, and
+    // are exact to the tolerance of rays.
     let allowed = Z * error + 1e-6;
     assert!(
         (mean - exact).abs() < allowed,
@@ -67,8 +67,8 @@ fn graded_ball_behind_a_dielectric_wall() {
     check("from outside", shoot(outside, 512, 4), 1.0);
 }
 
-/// Behind a strong lens most pairs are connected by several rays, of which connections find one:
-/// scattered paths must keep the others.
+/// Behind a strong lens several rays connect most pairs, and connections find one of them.
+/// Scattered paths must keep the others.
 #[test]
 fn strong_lens_in_fog() {
     let index = Gaussian::new(1.0, 0.6, DVec3::ZERO, 0.2).unwrap();
@@ -89,14 +89,14 @@ fn transparent_lens_behind_a_matched_boundary() {
     let objects = vec![container(ball(), Bsdf::Null)];
     let media = vec![vacuum(), fog(index, 0.0, 0.0, 0.0)];
     let scene = parts(objects, media, vec![sky()], camera(DVec3::ZERO, DVec3::X));
-    // At the boundary the bump has fallen to 5e-5, not to zero: L, not L/n², is conserved across an
-    // index jump that is declared not to be there.
+    // At the boundary the bump has fallen to 5e-5, not to zero. L, not L/n², is conserved across an
+    // index jump that is declared absent.
     let wall = 1.0 + 0.15 * (-8.0f64).exp();
     check("from inside", shoot(scene, 64, 5), (1.15 / wall).powi(2));
 }
 
-/// Extinction that differs between channels by 16 times: distances are sampled for one channel at a time
-/// and weighted by the balance heuristic over all (docs/theory.md#free-flight).
+/// Extinction differs between channels by a factor of 16. Distances are sampled for one channel at
+/// a time, and the balance heuristic weighs them over all (docs/theory.md#free-flight).
 #[test]
 fn chromatic_extinction() {
     use morgana_transport::Spectrum;
@@ -128,8 +128,8 @@ fn chromatic_extinction() {
     }
 }
 
-/// Emission and scattering across declared index jumps, with an extended edge: a black emitter far away makes
-/// distances be sampled around it, which must change nothing.
+/// Tests emission and scattering across declared index jumps, with extended edges. A distant black
+/// emitter makes equiangular distances be sampled around it, which must not change the mean.
 #[test]
 fn a_light_without_light_changes_nothing() {
     use morgana_transport::Spectrum;
@@ -146,7 +146,8 @@ fn a_light_without_light_changes_nothing() {
     check("from outside", shoot(scene, 512, 8), 1.0);
 }
 
-/// Loose rays are not noticeably biased: the match between edges and connections is as loose as they are.
+/// Loose rays cause no noticeable bias, because edges and connections match with the same
+/// tolerance.
 #[test]
 fn loose_tolerance() {
     let index = Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap();
@@ -162,7 +163,7 @@ fn loose_tolerance() {
     check("from outside", shoot(scene, 1024, 9), 1.0);
 }
 
-/// Layers that touch: a ray that leaves one enters the next, and normals may point inwards.
+/// Layers touch: a ray that leaves one enters the next. Normals may point inwards.
 #[test]
 fn touching_layers_with_flipped_normals() {
     use glam::{DAffine3, DMat3};
@@ -191,9 +192,9 @@ fn touching_layers_with_flipped_normals() {
     check("inside", shoot(scene, 512, 10), 1.5 * 1.5);
 }
 
-/// Particles that leave the sky, and both ends together: from outside and from inside, behind a wall that
-/// is declared matched, or of glass. Inside fog a particle's connections to a pinhole are worth 1/r² and
-/// have no variance, so there only bidirectional path tracing is asked.
+/// Tests particles from the sky, and bidirectional path tracing, from outside and inside, behind a
+/// declared matched wall or glass. Inside fog, a particle's connections to a pinhole contribute
+/// 1/r² with infinite variance, so only bidirectional path tracing is compared there.
 #[test]
 fn bidirectional_estimators() {
     use morgana_transport::integrator::{Bdpt, Integrator, ParticleTracer};
@@ -252,8 +253,8 @@ fn bidirectional_estimators() {
     family.check().unwrap();
 }
 
-/// In a block of glass much light is totally reflected more often than connections follow it, or partly
-/// reflected: what chance finds of it is all there is.
+/// In a block of glass, much light is totally reflected more often than connections follow, or
+/// partly reflected; only random walks find it.
 #[test]
 fn many_reflections_in_a_block_of_glass() {
     use morgana_transport::shape::Cube;

@@ -1,9 +1,12 @@
-//! Derivatives by the index of a ball that absorbs, in single pixels, beside differences of the whole tree of rays that reflection and
-//! refraction make of one, which has no noise (docs/theory.md#derivatives-by-the-index-behind-scattering).
+//! Derivatives with respect to the index of an absorbing ball, in single pixels
+//! (docs/theory.md#derivatives-by-the-index-behind-scattering). The reference is a difference of
+//! the whole tree of rays that reflection and refraction make of one; it has no noise.
 //!
-//! `null` and refracting boundaries × two rays × an extinction with a colour, or one of voxels of which some are empty × three parameters and the
-//! light itself; and in two layers by bounces: 40 comparisons. If seeds changed, it would fail with a probability below 2.6e-3 although the
-//! code is right. Derivatives are found to a few per cent of their largest.
+//! The cases are `null` and refracting boundaries × two rays × a coloured extinction, or an
+//! extinction of voxels of which some are empty × three parameters and the light itself; further
+//! cases have two layers by bounces. There are 40 comparisons: with other seeds, correct code would
+//! fail with a probability below 2.6e-3. Derivatives are accurate to a few per cent of the largest
+//! one.
 
 use crate::differences::{self, Comparisons};
 use eikonal::Field;
@@ -23,14 +26,14 @@ use morgana_transport::{Orientation, Scene, Spectrum};
 
 const SAMPLES: u64 = 1 << 15;
 const WEIGHTS: [f64; 2] = [1.0, -0.4];
-/// n₀, Δn, width.
+/// Parameters of the bump: n₀, Δn, width.
 const BUMP: [f64; 3] = [1.3, 0.25, 0.45];
 const CENTER: DVec3 = DVec3::new(0.15, -0.1, 0.05);
-/// Light of no, one and two bounces, and that of more.
+/// Layers of light: none, one and two bounces, and more.
 const LAYERS: usize = 4;
-/// Span of σ of a step of the tree.
+/// Step in σ of the tree's rays.
 const STEP: f64 = 1e-3;
-/// Rays of the tree that bring less are left out.
+/// Smallest contribution of a ray of the tree; fainter rays are left out.
 const FAINT: f64 = 1e-7;
 
 #[derive(Clone, Copy, Debug)]
@@ -38,13 +41,13 @@ struct Setup {
     bump: [f64; 3],
     dielectric: bool,
     graded: bool,
-    /// The layer by bounces that counts, if not all do.
+    /// The layer by bounces that counts; `None` for all.
     layer: Option<usize>,
     eye: DVec3,
     target: DVec3,
 }
 
-/// Samples around the ball, of which about a quarter are empty.
+/// Samples around the ball, about a quarter of them empty.
 fn voxels() -> VolumeTexture {
     differences::voxels(|i| (3.0 * (i * 53 % 31) as f64 / 30.0 - 0.8).max(0.0) as f32)
 }
@@ -97,7 +100,7 @@ impl Setup {
         scene.build().unwrap()
     }
 
-    /// The weighted light of the tree.
+    /// Returns the weighted light of the tree.
     fn loss(&self) -> f64 {
         let direction = (self.target - self.eye).normalize();
         let b = self.eye.dot(direction);
@@ -115,7 +118,7 @@ impl Setup {
     }
 }
 
-/// All rays that one becomes.
+/// Tree of all rays that follow from one ray.
 struct Tree {
     field: Field,
     smoke: Medium,
@@ -125,7 +128,7 @@ struct Tree {
 }
 
 impl Tree {
-    /// What a ray brings that leaves the ball after so many events.
+    /// Light of a ray that leaves the ball after a number of events.
     fn light(&self, direction: DVec3, events: usize) -> Spectrum {
         match self.layer {
             Some(layer) if layer != events.min(LAYERS - 1) => Spectrum::ZERO,
@@ -133,11 +136,12 @@ impl Tree {
         }
     }
 
-    /// What a ray brings that meets the ball from outside.
+    /// Light of a ray that meets the ball from outside.
     fn outside(&self, x: DVec3, direction: DVec3, worth: Spectrum) -> Spectrum {
         let (normal, n) = (x.normalize(), self.field.n(x));
         if !self.dielectric {
-            // Radiance passes declared matches; over n² it passes the medium.
+            // Radiance passes declared matches unchanged; radiance over n² passes the medium
+            // unchanged.
             return self.inside(x, direction * n, worth * (n * n), 0);
         }
         let cos = -normal.dot(direction);
@@ -149,7 +153,7 @@ impl Tree {
         reflected + self.inside(x, v, worth * (1.0 - f), 1)
     }
 
-    /// What a ray brings that starts within, after so many events.
+    /// Light of a ray that starts inside, after a number of events.
     fn inside(&self, x: DVec3, v: DVec3, worth: Spectrum, events: usize) -> Spectrum {
         if worth.max() < FAINT {
             return Spectrum::ZERO;
@@ -172,12 +176,12 @@ impl Tree {
         back + worth * (1.0 - f) * self.light(out, events + 1)
     }
 
-    /// Half the gradient of n².
+    /// Returns half the gradient of n².
     fn force(&self, x: DVec3) -> DVec3 {
         self.field.gradient(x).1 * 0.5
     }
 
-    /// One step of the classical Runge–Kutta scheme.
+    /// Advances by a step of the classical Runge–Kutta scheme.
     fn step(&self, x: DVec3, v: DVec3, h: f64) -> (DVec3, DVec3) {
         let (x1, v1) = (v, self.force(x));
         let (x2, v2) = (v + v1 * (0.5 * h), self.force(x + x1 * (0.5 * h)));
@@ -187,13 +191,14 @@ impl Tree {
         (x + mean(x1, x2, x3, x4), v + mean(v1, v2, v3, v4))
     }
 
-    /// The optical depth of a step.
+    /// Returns the optical depth of a step.
     fn depth(&self, x: DVec3, v: DVec3, h: f64) -> Spectrum {
         let (middle, v) = self.step(x, v, 0.5 * h);
         self.smoke.extinction(middle) * (v.length() * h)
     }
 
-    /// Where a ray leaves the ball, and the optical depth up to there.
+    /// Returns the position and direction where a ray leaves the ball, and the optical depth up to
+    /// there.
     fn through(&self, mut x: DVec3, mut v: DVec3) -> (DVec3, DVec3, Spectrum) {
         let mut depth = Spectrum::ZERO;
         loop {
@@ -215,7 +220,8 @@ impl Tree {
     }
 }
 
-/// Compares derivatives by the numbers of a bump, and returns the largest value and the largest error.
+/// Compares derivatives with respect to the parameters of a bump. Returns the largest value and the
+/// largest error.
 fn compare(setup: Setup, comparisons: &mut Comparisons) -> [f64; 2] {
     let bounces = setup.layer.map(|_| LAYERS as u32 - 2);
     let weights: Vec<f64> = match setup.layer {

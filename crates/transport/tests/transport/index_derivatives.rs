@@ -1,9 +1,12 @@
-//! Derivatives of images by the index of media that scatter (docs/theory.md#derivatives-by-the-index-behind-scattering).
+//! Derivatives of images with respect to the index of scattering media
+//! (docs/theory.md#derivatives-by-the-index-behind-scattering).
 //!
-//! [Against central differences](crate::differences) of ordinary renders by `path` with connections, which knows nothing of derivatives. The family of
-//! cases is fixed: fields × boundaries × phase functions × lights, fog with a colour, and voxels of smoke, 68 comparisons in all. If seeds changed, it
-//! would fail with a probability below 5e-3 although the code is right. Derivatives have errors of 3 to 10 % in fog, larger ones behind glass, where
-//! single paths are compared to 1e-7 in `attached::tests`, and trees of rays to a few per cent in [`crate::index_absorption`].
+//! The references are [central differences](crate::differences) of ordinary renders by `path` with
+//! connections, which share no code with derivatives. The family of cases is fixed: fields ×
+//! boundaries × phase functions × lights, fog with a colour, and voxels of smoke, 68 comparisons in
+//! all. With other seeds, correct code would fail with a probability below 5e-3. Derivatives have
+//! errors of 3 to 10 % in fog and larger ones behind glass. There, `attached::tests` compares
+//! single paths to 1e-7, and [`crate::index_absorption`] trees of rays to a few per cent.
 
 use crate::differences::{self, Comparisons, Mean, long, moments};
 use eikonal::field::{Bspline, Gaussian, Placement};
@@ -37,9 +40,9 @@ const PATH: PathTracer = PathTracer {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Index {
-    /// n₀, Δn, width.
+    /// A Gaussian bump: n₀, Δn, width.
     Gaussian([f64; 3]),
-    /// A lens of samples, of which those of a fixed pattern are changed by so much.
+    /// A sampled lens; a fixed pattern of samples is changed by this amount.
     Grid(f64),
 }
 
@@ -56,7 +59,7 @@ struct Setup {
     g: f64,
     light: Light,
     extinction: [f64; 2],
-    /// Whether extinction and albedo are those of voxels, of which some are empty.
+    /// True if extinction and albedo are voxels, some of them empty.
     graded: bool,
 }
 
@@ -64,7 +67,7 @@ fn lens(x: DVec3) -> f64 {
     1.3 + 0.08 * (-2.0 * x.length_squared()).exp()
 }
 
-/// The pattern by which samples are changed.
+/// Pattern of changes of the samples.
 fn pattern(i: usize) -> f64 {
     ((i * 37 % 17) as f64 - 8.0) / 8.0
 }
@@ -98,7 +101,7 @@ fn sky() -> Emitter {
     Emitter::Environment(Environment::image(width, height, pixels, up).unwrap())
 }
 
-/// A panel behind the ball with a pattern that is dark at its edge.
+/// A panel behind the ball, with a pattern that is dark at its edge.
 fn panel() -> (Shape, Texture) {
     let place = DAffine3::from_translation(DVec3::Z * 1.6)
         * DAffine3::from_rotation_y(std::f64::consts::PI)
@@ -123,7 +126,7 @@ fn panel() -> (Shape, Texture) {
     (Rectangle::new(place).unwrap().into(), texture)
 }
 
-/// Samples around the ball, a pattern from `low` to `high`, or from 0, in each channel.
+/// Samples around the ball, with a pattern from `low`, or from 0, to `high` in each channel.
 fn voxels(low: f64, high: f64) -> VolumeTexture {
     differences::voxels(|i| {
         let share = (i * 53 % 31) as f64 / 30.0;
@@ -218,7 +221,7 @@ fn two([a, b]: [f64; 2]) -> Spectrum {
     Spectrum([a, b, 0.0, 0.0])
 }
 
-/// Any weights, of either sign.
+/// Arbitrary weights of both signs.
 fn weights() -> Vec<f64> {
     let weight = |i: usize| ((i * 7 % 13) as f64 - 4.0) / 8.0;
     (0..2 * SIZE * SIZE).map(weight).collect()
@@ -243,7 +246,8 @@ fn by(scene: Scene, samples: u64) -> IndexDerivatives {
     found.unwrap().unwrap()
 }
 
-/// The setups with one of the numbers of the index changed by a step, either way, and what changes.
+/// Returns, for each number of the index, its name, the setups with the number changed by a step
+/// either way, and the change.
 fn changes(setup: Setup) -> Vec<(&'static str, [Setup; 2], f64)> {
     match setup.index {
         Index::Gaussian(numbers) => {
@@ -272,7 +276,7 @@ fn changes(setup: Setup) -> Vec<(&'static str, [Setup; 2], f64)> {
     }
 }
 
-/// What the derivatives say of the same changes, with errors as if those of samples were fully correlated.
+/// Predicts the changes from the derivatives. Errors assume full correlation of samples.
 fn found(setup: Setup, derivatives: &IndexDerivatives) -> Vec<Mean> {
     let by = &derivatives.by[0];
     match setup.index {
@@ -341,7 +345,7 @@ fn derivatives_by_samples_in_a_ball_of_glass_are_differences() {
     cases(Index::Grid(0.0), true);
 }
 
-/// In fog of two channels, or in voxels, without a boundary that refracts.
+/// Compares in fog of two channels, or in voxels, without a refracting boundary.
 fn compare_media(extinction: [f64; 2], graded: bool) {
     for (index, g, light) in [
         (BUMP, 0.0, Light::Sky),

@@ -1,5 +1,6 @@
-//! Connections through the wall of a lens, a refracting ball with a field inside: every ray is found for certain. The
-//! oracles are a dense fan of rays, the dense search, and estimators that do not connect through the wall.
+//! Connections through the wall of a lens, a refracting ball with a field inside, which find every
+//! ray with certainty. The oracles are a dense fan of rays, the dense search, and estimators that
+//! do not connect through the wall.
 //!
 //! False-alarm rate of the statistical comparisons: 1e-3 for the file.
 
@@ -24,9 +25,9 @@ use testkit::moments::Moments;
 use testkit::z_test::max_abs_z;
 
 const FAMILY: f64 = 1e-3;
-/// A search for further branches all but never happens.
+/// Search probability so small that a search for further branches practically never happens.
 const NEVER: f64 = 1e-12;
-/// Geometry terms agree to this; the tolerance of rays is 1e-6, and caustics amplify it.
+/// Relative tolerance of geometry terms. The tolerance of rays is 1e-6, and caustics amplify it.
 const CLOSE: f64 = 1e-3;
 
 fn in_ball(rng: &mut Rng) -> DVec3 {
@@ -57,9 +58,9 @@ fn certain(scene: &Scene, ends: [DVec3; 2]) -> (Vec<Connection>, Workspace) {
     (found.into_iter().map(|(c, _)| c).collect(), ws)
 }
 
-/// Field evaluations per pair, either way.
+/// Maximum number of field evaluations per pair, in either direction.
 const EVALUATIONS: f64 = 60.0;
-/// Those per pair that no ray joins.
+/// Maximum number of field evaluations per pair that no ray joins.
 const IN_VAIN: f64 = 5.0;
 
 #[test]
@@ -72,7 +73,7 @@ fn every_pair_that_has_a_ray_is_found_and_others_cost_next_to_nothing() {
         let x = in_ball(&mut rng);
         let (radius, angle) = (x.length(), x.angle_between(eye));
         let expected = fan.count(radius, angle);
-        // Next to a caustic, or to where rays graze the wall, the grid decides.
+        // Skip points next to a caustic, or where rays graze the wall: there the grid decides.
         let near = [[1.001, 0.0], [0.999, 0.0], [1.0, 2e-3], [1.0, -2e-3]];
         if near
             .iter()
@@ -98,7 +99,8 @@ fn every_pair_that_has_a_ray_is_found_and_others_cost_next_to_nothing() {
     }
 }
 
-/// Compares the connections of a pair with the dense search, which knows nothing of lenses.
+/// Compares the connections of a pair with the dense search, which does not use the structure of
+/// lenses.
 fn check(scene: &Scene, [x, y]: [DVec3; 2]) -> usize {
     let (found, _) = certain(scene, [x, y]);
     let mut dense = Solver::new(Tolerance::new(1e-8));
@@ -123,7 +125,7 @@ fn rays_are_those_of_the_dense_search() {
     let scene = Scene::new(lens::scene()).unwrap();
     let (fan, y) = (Fan::new(&lens::ball(), lens::DISTANCE), lens::eye());
     let mut rng = Rng::new(8);
-    // As many pairs of each kind.
+    // Draw equally many pairs of each kind.
     let mut left = [3, 4, 5];
     while left != [0; 3] {
         let x = in_ball(&mut rng);
@@ -136,7 +138,7 @@ fn rays_are_those_of_the_dense_search() {
     }
 }
 
-/// A field whose centre is not the ball's.
+/// A lens whose field has another centre than its ball.
 fn lopsided() -> Scene {
     let index = Gaussian::new(1.3, 0.08, DVec3::new(0.05, 0.08, -0.04), 0.12).unwrap();
     let ball = Sphere::around(DVec3::ZERO, lens::RADIUS).unwrap();
@@ -149,8 +151,8 @@ fn lopsided() -> Scene {
     .unwrap()
 }
 
-/// Where the field is not radial, first guesses miss some of the rays: chance finds them, so that sums of geometry terms are on
-/// average those over all rays of the dense search.
+/// Initial guesses miss some rays in a field that is not radial, and random search finds them. Sums
+/// of geometry terms equal on average the sums over all rays of the dense search.
 #[test]
 fn sums_over_rays_of_a_lopsided_lens_are_right_on_average() {
     let scene = lopsided();
@@ -159,7 +161,7 @@ fn sums_over_rays_of_a_lopsided_lens_are_right_on_average() {
     for pair in 0..10 {
         let x = in_ball(&mut rng);
         let y = DVec3::from_array(rng.direction()) * (lens::RADIUS * rng.range(1.2, 3.0));
-        // Rays that are reflected totally on their way are so hard to find that no mean would settle.
+        // Leave out totally reflected rays, which are so hard to find that no mean would converge.
         let direct = Reach {
             bounces: 0,
             ..*scene.branch_reach()
@@ -182,7 +184,7 @@ fn sums_over_rays_of_a_lopsided_lens_are_right_on_average() {
             );
         }
         let scale = expected.max(1.0);
-        // Geometry terms are good to 1e-3 of their sum besides.
+        // Geometry terms have a further error of 1e-3 of their sum.
         let error = sums.standard_error().hypot(CLOSE * scale / 3.0);
         zs.push((sums.mean() - expected) / error);
     }
@@ -190,8 +192,8 @@ fn sums_over_rays_of_a_lopsided_lens_are_right_on_average() {
     assert!(10 * of[0] >= 9 * of[1], "{of:?}");
 }
 
-/// Pairs inside of which it is known that one ray joins them: the dense search finds no other, reflected totally or not. In a
-/// lopsided field, rays are reflected that would not be in a radial one.
+/// For pairs certified to have one ray, the dense search finds no other, totally reflected or not.
+/// In an off-centre field, rays are reflected that would not be in a radial one.
 #[test]
 fn pairs_inside_that_are_certified_have_one_ray() {
     for scene in [Scene::new(lens::scene()).unwrap(), lopsided()] {
@@ -205,7 +207,7 @@ fn pairs_inside_that_are_certified_have_one_ray() {
                 continue;
             }
             certified += 1;
-            // The outermost are those that are certified with the least to spare.
+            // The outermost pairs are certified with the smallest margin.
             let inner = x.length().min(y.length());
             if inner > 0.55 * lens::RADIUS && checked < 5 {
                 checked += 1;
@@ -221,7 +223,7 @@ fn pairs_inside_that_are_certified_have_one_ray() {
     }
 }
 
-/// A field in a ball, in air: nothing refracts at the surface.
+/// A ball with a field in air, whose surface does not refract.
 fn in_air(index: Field, radius: f64) -> Scene {
     let ball = Sphere::around(DVec3::ZERO, radius).unwrap();
     Scene::new(parts(
@@ -237,8 +239,9 @@ fn luneburg() -> Scene {
     in_air(Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap().into(), 1.0)
 }
 
-/// Rays from outside or inside to outside, past the ball and through it, are those of the dense search: in Luneburg's lens, and in a
-/// strong one that lets several rays join points on either side.
+/// Rays from outside or inside to outside, past the ball and through it, agree with the dense
+/// search. The lenses are Luneburg's and a strong one, in which several rays join points on either
+/// side.
 #[test]
 fn rays_through_a_surface_that_does_not_refract_are_all_found() {
     let strong = Gaussian::new(1.0, 0.5, DVec3::ZERO, 0.3).unwrap();
@@ -250,7 +253,7 @@ fn rays_through_a_surface_that_does_not_refract_are_all_found() {
             let y = DVec3::from_array(rng.direction()) * rng.range(1.3, 3.0);
             let direction = DVec3::from_array(rng.direction());
             let x = match pair % 3 {
-                // Inside, anywhere outside, and on the other side.
+                // Place points inside, anywhere outside, and on the other side.
                 0 => direction * rng.range(0.1, 0.9),
                 1 => direction * rng.range(1.3, 3.0),
                 _ => (direction * aside - y.normalize()).normalize() * rng.range(1.3, 3.0),
@@ -261,11 +264,12 @@ fn rays_through_a_surface_that_does_not_refract_are_all_found() {
     assert!(seen[1] > 8 && seen[2] + seen[3] > 3, "{seen:?}");
 }
 
-/// Shots per ray.
+/// Maximum number of shots per ray.
 const SHOTS: f64 = 1.5;
 
-/// Parallel light meets every point behind the lens by way of its far pole, F, after an optical length of 1 + π/2 from the plane that
-/// touches its near pole; and every point that does not lie in its shadow straight on.
+/// Parallel light reaches every point behind the lens by way of the far pole F, after an optical
+/// length of 1 + π/2 from the plane that touches the near pole. It reaches every point outside the
+/// shadow directly, too.
 #[test]
 fn parallel_light_comes_through_luneburgs_lens_in_closed_form() {
     let scene = luneburg();
@@ -282,7 +286,7 @@ fn parallel_light_comes_through_luneburgs_lens_in_closed_form() {
     for _ in 0..400 {
         let x = DVec3::from_array(rng.direction()) * rng.range(1.05, 1.9);
         let (off_axis, behind) = (x.truncate().length(), x.z - 1.0);
-        // Next to an edge of the shadow, rays graze the lens.
+        // Skip points next to an edge of the shadow, where rays graze the lens.
         if behind.abs() < 0.02 || (off_axis - 1.0).abs() < 0.02 {
             continue;
         }
@@ -321,7 +325,8 @@ fn parallel_light_comes_through_luneburgs_lens_in_closed_form() {
     );
 }
 
-/// `path` does not connect through the wall, `particle` connects to nothing but the camera through it, `bdpt` does both.
+/// `path` does not connect through the wall, `particle` connects only to the camera through it, and
+/// `bdpt` does both.
 #[test]
 fn estimators_agree_about_the_light_of_the_lens() {
     let bdpt = Integrator::Bdpt(Bdpt::default());
@@ -338,7 +343,7 @@ fn estimators_agree_about_the_light_of_the_lens() {
         apart(bdpt, particle),
     ];
     max_abs_z(&zs, FAMILY / 2.0).unwrap();
-    // Noise would hide no more than some percent.
+    // Noise is small enough to reveal deviations of a few per cent.
     let noise = [path, bdpt, particle].map(|(mean, error)| error / mean);
     assert!(
         noise[0] < 0.035 && noise[1] < 0.015 && noise[2] < 0.01,

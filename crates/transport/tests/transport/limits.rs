@@ -1,4 +1,4 @@
-//! What must be the same, bit for bit.
+//! Renders that must be equal, bit for bit.
 
 use crate::common::{camera, container, fog, parts, shoot, vacuum};
 use eikonal::field::{Bspline, Constant, Gaussian, Placement};
@@ -25,11 +25,11 @@ fn render(index: impl Into<Field>) -> Rendering {
     shoot(scene, 32, 1)
 }
 
-/// A constant index is the straight-line renderer, however it is described.
+/// A constant index gives the straight-line renderer, however the index is described.
 #[test]
 fn a_constant_index_gives_the_same_bits_however_it_is_described() {
     let straight = render(Constant::new(1.0));
-    // Nor does it pay for curves: connections are closed forms, not shots.
+    // Straight rays cost no evaluations: connections are closed forms, not shots.
     assert_eq!(straight.stats.work.evaluations, 0);
     assert_eq!(straight.stats.work.shots, 0);
     assert!(straight.stats.connections.found > 0);

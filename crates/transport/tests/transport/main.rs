@@ -1,6 +1,7 @@
-//! Light: estimators beside closed forms, beside one another, and beside tallies and images that share nothing with them.
+//! Tests of light transport: estimators compared with closed forms, with one another, and with
+//! tallies and images that share no code with them.
 //!
-//! One program, as linking many takes longer than most of them run.
+//! All tests are one program, because linking many programs takes longer than most tests.
 
 mod adaptive;
 mod agreement;

@@ -1,4 +1,4 @@
-//! Orthogonal maps nearest to matrices that are nearly so. Exact to rounding: no false alarms.
+//! Orthogonal maps nearest to nearly orthogonal matrices. Exact to rounding: no false alarms.
 
 use glam::{DMat3, DQuat, DVec3};
 use morgana_transport::Orientation;
@@ -28,7 +28,7 @@ fn a_rounded_rotation_becomes_one() {
         for digits in [3, 4, 6, 8] {
             let scale = 10f64.powi(k % 7 - 3);
             let (found, error) = Orientation::nearest(rounded(exact, digits) * scale).unwrap();
-            // Each entry is wrong by up to half a unit, a sum of three by three times as much.
+            // Each entry is off by up to half a unit, and a sum of three by three times as much.
             let most = 1.5 * 10f64.powi(-digits);
             assert!(error < most, "{error} at {digits} digits");
             let m = columns(&found);
@@ -59,7 +59,7 @@ fn directions_have_unit_length_there_and_back() {
     }
 }
 
-/// A stretch by 1 + s along one axis has a mean of 1 + s/3, from which it differs by 2s/3.
+/// A stretch by 1 + s along one axis has the mean 1 + s/3, and differs from it by 2s/3.
 #[test]
 fn what_is_no_rotation_says_how_far_it_is_from_one() {
     for s in [1e-3, 0.1, 3.0] {

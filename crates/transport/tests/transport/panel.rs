@@ -1,4 +1,5 @@
-//! A panel of which half is lit, against closed forms. (Particles cannot find so narrow a view: a meter sees them.)
+//! A panel with one lit half, compared with closed forms. Particles cannot find such a narrow view;
+//! a meter detects them.
 //!
 //! False-alarm rate: 5e-4 for each of the two tests, with fixed seeds.
 
@@ -21,17 +22,18 @@ use testkit::z_test::max_abs_z;
 
 const RATE: f64 = 5e-4;
 const REFLECTANCE: f64 = 0.6;
-/// The point on the floor that is looked at.
+/// The visible point on the floor.
 const PLACE: DVec3 = DVec3::new(0.5, 0.2, 0.0);
 
-/// Share of what leaves a point that meets a rectangle whose corner is above it at unit height, with signs of the
-/// sides (the view factor from a small area to a parallel rectangle).
+/// View factor from a small area to a parallel rectangle at unit height with a corner above the
+/// area, with the signs of the sides.
 fn corner(a: f64, b: f64) -> f64 {
     let [p, q] = [a, b].map(|s| s.hypot(1.0));
     ((a / p) * (b / p).atan() + (b / q) * (a / q).atan()) / (2.0 * PI)
 }
 
-/// Irradiance on the floor below the lit half, x from 0 to 1 and y from −1 to 1, of radiance 1.
+/// Irradiance on the floor below the lit half, of radiance 1, with x from 0 to 1 and y from −1 to
+/// 1.
 fn irradiance(x: f64, y: f64) -> f64 {
     let [right, left, up, down] = [1.0 - x, x, 1.0 - y, 1.0 + y];
     let corners = [(right, up), (right, down), (left, up), (left, down)];
@@ -48,12 +50,12 @@ fn plane(to_world: DAffine3, reflectance: f64) -> Object {
     }
 }
 
-/// The panel at unit height over a floor of some half width about [`PLACE`].
+/// The panel at unit height over a floor of half-width `half` about [`PLACE`].
 fn scene(half: f64, sensor: Sensor) -> Parts {
     let down = DAffine3::from_rotation_y(PI);
     let mut panel = plane(DAffine3::from_translation(DVec3::Z) * down, 0.0);
     panel.emitter = Some(0);
-    // u falls along the world's x, and the second colour is that of u > ½.
+    // u falls along the world's x, and the second colour applies to u > ½.
     let colours = [1.0, 0.0].map(|v| Texture::Uniform(Spectrum::splat(v)));
     let board = Checkerboard::new(colours, DAffine2::from_scale(DVec2::X));
     let light = TexturedArea::new(0, &panel.shape, Texture::Checkerboard(Arc::new(board)));
@@ -65,7 +67,7 @@ fn scene(half: f64, sensor: Sensor) -> Parts {
 
 #[test]
 fn irradiance_below_the_panel() {
-    // So narrow a view sees but the point.
+    // The view is so narrow that it sees only the point.
     let eye = PLACE + DVec3::new(-3.0, 0.0, 0.8);
     let left = DVec3::Y;
     let forward = (PLACE - eye).normalize();
@@ -108,7 +110,7 @@ fn meters_below_the_panel() {
     let meters = [Meter::Irradiance(meter)];
     let go_on = |_| ControlFlow::Continue(());
     let found = measure(&[scene], &meters, &options, &Handle::default(), go_on).unwrap();
-    // π times the lit area.
+    // Expect π times the lit area.
     assert!((found.emitted[0] / (2.0 * PI) - 1.0).abs() < 1e-14);
     let reading = found.readings[0].iter().find(|r| r.name == "irradiance");
     let reading = reading.unwrap();
@@ -116,7 +118,7 @@ fn meters_below_the_panel() {
     let at = |k: usize, middle: f64| middle + HALF * ((2 * k + 1) as f64 / N as f64 - 1.0);
     let point = |i: usize| irradiance(at(i % N, PLACE.x), at(i / N, PLACE.y));
     let expected = (0..N * N).map(point).sum::<f64>() / (N * N) as f64;
-    // What arrives counts on the side opposite to the normal.
+    // Arriving light counts on the side opposite to the normal.
     let (mean, error) = (reading.mean[1], reading.error[1]);
     println!("{mean} ± {error}, expected {expected}");
     max_abs_z(&[(mean - expected) / error], RATE).unwrap();

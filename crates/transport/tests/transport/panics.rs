@@ -1,4 +1,5 @@
-//! What is asked for that cannot be panics at once, and the message says why; what is merely large does not.
+//! Impossible requests panic at once, with a message that gives the reason; merely large ones do
+//! not.
 
 use eikonal::field::Constant;
 use glam::DVec3;

@@ -1,5 +1,5 @@
-//! Means over a period of sound: against separate renders of its instants, at a false-alarm rate of 1e-3 per
-//! test.
+//! Means over a period of sound, compared with separate renders of its instants, at a false-alarm
+//! rate of 1e-3 per test.
 
 use crate::common::{camera, container, fog, parts, path_tracer, vacuum};
 use eikonal::Field;
@@ -21,7 +21,7 @@ use std::ops::ControlFlow;
 use testkit::z_test::max_abs_z;
 
 const RATE: f64 = 1e-3;
-/// Instants of a period.
+/// Number of instants of a period.
 const K: usize = 4;
 
 fn sound(modes: Vec<AcousticMode>) -> Field {
@@ -54,7 +54,7 @@ fn picture() -> Parts {
     parts(vec![ball, light], media, vec![emitter], sensor)
 }
 
-/// The same parts at an instant.
+/// The scene parts at one instant.
 fn at_instant(parts: &Parts, i: usize) -> Parts {
     let mut parts = parts.clone();
     parts.media[1].index = parts.media[1].index.at_phase(TAU * i as f64 / K as f64);
@@ -82,8 +82,8 @@ fn zs(a: &[(f64, f64)], b: &[(f64, f64)]) -> Vec<f64> {
     a.iter().zip(b).map(z).collect()
 }
 
-/// Variances of averaged renders contain the spread over instants, which is not there: they are upper bounds,
-/// and false alarms are rarer than stated.
+/// Variances of averaged renders include the spread over instants, which the mean does not have.
+/// They are upper bounds, and false alarms are rarer than stated.
 #[test]
 fn an_averaged_image_is_the_mean_of_the_instants_images() {
     let particle = Integrator::Particle(ParticleTracer::default());
@@ -108,7 +108,7 @@ fn an_averaged_image_is_the_mean_of_the_instants_images() {
         };
         let mean: Vec<_> = (0..all.len()).map(mean).collect();
         max_abs_z(&zs(&all, &mean), RATE).unwrap();
-        // The test can fail: no instant looks like the mean.
+        // Check the power of the test: no instant looks like the mean.
         let differs = |image: &Vec<(f64, f64)>| max_abs_z(&zs(&all, image), 1e-9).is_err();
         assert!(
             differs(&instants[0]) && differs(&instants[2]),
@@ -139,7 +139,7 @@ fn threads_and_passes_leave_no_trace() {
     }
 }
 
-/// A render that is stopped has seen all instants equally often.
+/// An interrupted render has seen all instants equally often.
 #[test]
 fn passes_are_whole_periods() {
     let options = RenderOptions::new(path_tracer(), u64::MAX, 1);
@@ -226,7 +226,8 @@ fn there_must_be_one_period() {
     assert!(problems[0].message.contains("several wavelengths"));
 }
 
-/// Media with sounds of different frequencies have no common period; those of the same do, and those of which one is not known.
+/// Media with sounds of different frequencies have no common period. Media with equal or unknown
+/// frequencies do.
 #[test]
 fn sounds_of_different_media_must_have_one_frequency() {
     let at = |hz: f64| {
@@ -249,7 +250,8 @@ fn sounds_of_different_media_must_have_one_frequency() {
     assert!(problems[0].message.contains(expected), "{problems:?}");
 }
 
-/// A sound that is silent at ωt = 0 jumps at the boundary later: that is said, once for all instants.
+/// A sound that vanishes at ωt = 0 has an index jump at the boundary at later instants. The warning
+/// appears once for all instants.
 #[test]
 fn doubts_of_all_instants_are_said_once() {
     for time_phase in [0.0, 0.25 * TAU] {

@@ -10,7 +10,7 @@ use testkit::{DirectionTable, Family, Mass, Moments, Rng, z_test};
 const FALSE_ALARM: f64 = 5e-4;
 const DIR: DVec3 = DVec3::new(0.48, -0.6, 0.64);
 
-/// A phase function, its name, and the width of its lobe (radians) around ±`DIR`.
+/// Phase functions with their names, and the width of the lobe around ±`DIR`, in radians.
 fn cases() -> Vec<(String, Phase, f64)> {
     let mut cases = vec![("isotropic".into(), Phase::isotropic(), 3.0)];
     for g in [-0.99, -0.6, -1e-9, 0.0, 1e-5, 0.3, 0.9, 0.99, 0.9999] {
@@ -84,7 +84,7 @@ fn mean_cosines() {
     let mut zs = Vec::new();
     for (i, (name, phase, _)) in cases().into_iter().enumerate() {
         let mut rng = Rng::new(1000 + i as u64);
-        // 1 − cosθ measured as |d − d'|²/2, exact for narrow lobes.
+        // Measure 1 − cosθ as |d − d'|²/2, which is exact for narrow lobes.
         let mut below = Moments::default();
         for _ in 0..40_000 {
             let d = phase.sample(DVec3::ZERO, DIR, rng.uniform()).0;
@@ -108,7 +108,7 @@ fn the_sample_carries_its_density_and_a_unit_direction() {
             assert!((d.length() - 1.0).abs() < 1e-14, "{name}: {d} for {u:?}");
             assert!(pdf.is_finite() && pdf >= 0.0, "{name}: {pdf} for {u:?}");
             let again = phase.pdf(DVec3::ZERO, DIR.dot(d));
-            // The cosine of world vectors carries rounding that a lobe of κ = 1e6 magnifies.
+            // Allow for rounding in the cosine of world vectors, which a lobe of κ = 1e6 magnifies.
             assert!(
                 (again - pdf).abs() <= 1e-6 * pdf + 1e-9,
                 "{name}: {again} against {pdf} for {u:?}"
@@ -130,7 +130,7 @@ fn closed_forms() {
             );
         }
     }
-    // At the forward peak (1 + g)/(4π (1 − g)²), where the definition has cancelled.
+    // At the forward peak (1 + g)/(4π (1 − g)²), where the defining formula cancels.
     assert!((hg(0.999999, 1.0) * 4.0 * PI * 1e-12 / 1.999999 - 1.0).abs() < 1e-9);
     let vmf = |k: f64| Phase::von_mises_fisher(k).unwrap();
     assert!(

@@ -1,4 +1,5 @@
-//! Points of replicates: each uniform, together evenly spread, replicates independent of one another.
+//! Points of replicates: each uniform, together evenly distributed, and independent between
+//! replicates.
 //!
 //! False alarms: 5e-4 for the family of χ² tests, and for pairings. The other tests are exact.
 
@@ -7,19 +8,19 @@ use testkit::z_test::max_abs_z;
 use testkit::{Family, Mass, Moments, Table, uniform_edges};
 
 const FALSE_ALARM: f64 = 5e-4;
-/// With the number of points in a replicate.
+/// Kinds of replicates, with the number of points in a replicate.
 const KINDS: [(Replicates, u64); 2] = [(Replicates::OfEight, 8), (Replicates::OfSixtyFour, 64)];
-/// Edges whose numbers are spread.
+/// Number of edges with evenly distributed numbers.
 const EDGES: u32 = 4;
 
-/// The two numbers for a purpose, or the one and that of its neighbour.
+/// Draws the two numbers for a purpose, or one number and its neighbour's.
 fn draw(replicates: Replicates, address: [u64; 3], edge: u32, purpose: Purpose) -> [f64; 2] {
     let mut sampler = Sampler::in_replicates(replicates, address);
     (0..edge).for_each(|_| sampler.next_edge());
     sampler.next_2d_for(purpose)
 }
 
-/// The numbers of a replicate.
+/// Returns the points of a replicate.
 fn replicate(replicates: Replicates, pixel: u64, edge: u32, purpose: Purpose) -> Vec<[f64; 2]> {
     let samples = 3 * replicates.size()..4 * replicates.size();
     samples
@@ -27,13 +28,13 @@ fn replicate(replicates: Replicates, pixel: u64, edge: u32, purpose: Purpose) ->
         .collect()
 }
 
-/// All divisions of the square into as many boxes as there are points, in both directions.
+/// All divisions of the square into as many boxes as there are points.
 fn shapes(size: u64) -> impl Iterator<Item = [u64; 2]> {
     let columns = (1..size).map(|k| 1 << k).take_while(move |c| *c < size);
     columns.map(move |columns| [columns, size / columns])
 }
 
-/// Whether a division of the unit square into `columns` times `rows` cells has one point in each.
+/// True if each of `columns` times `rows` cells of the unit square contains one point.
 fn is_even(points: &[[f64; 2]], [columns, rows]: [u64; 2]) -> bool {
     let cell = |[x, y]: &[f64; 2]| {
         let [column, row] = [x * columns as f64, y * rows as f64].map(|v| v as u64);
@@ -98,8 +99,9 @@ fn directions_and_distances_are_spread_evenly_together() {
     }
 }
 
-/// Numbers of different groups are paired at random: the product of two signs has a mean over a replicate whose variance
-/// is 1/7 for eight points and 1/63 for sixty-four, as without replacement. Were the pairing always the same it would be 1.
+/// Numbers of different groups are paired at random: over a replicate, the mean product of two
+/// signs has the variance 1/7 for eight points and 1/63 for sixty-four, as without replacement. A
+/// fixed pairing would give 1.
 #[test]
 fn groups_are_paired_at_random() {
     let sign = |x: f64| (x - 0.5).signum();
@@ -139,7 +141,7 @@ fn places_on_emitters_are_spread_evenly_over_the_square() {
 fn numbers_of_late_edges_and_without_a_purpose_are_not_spread() {
     for (replicates, size) in KINDS {
         let even = |points: &[[f64; 2]]| is_even(points, [size, 1]);
-        // By chance 8!/8⁸ = 0.24 % of them are, and far fewer of sixty-four.
+        // At random 8!/8⁸ = 0.24 % of them are even, and far fewer of sixty-four.
         let late = (0..200)
             .filter(|&pixel| even(&replicate(replicates, pixel, EDGES, Purpose::Direction)));
         assert!(late.count() < 5);
@@ -162,7 +164,7 @@ fn single_samples_are_those_of_the_plain_sampler() {
     }
 }
 
-/// Pairs of numbers against the uniform density of the square.
+/// Pairs of numbers are uniform in the square.
 #[test]
 fn points_are_uniform_and_replicates_independent() {
     let mut family = Family::new(FALSE_ALARM);
@@ -205,7 +207,7 @@ fn uniform_and_independent(family: &mut Family, (replicates, size): (Replicates,
         ("seeds", &|i| {
             [0, 1].map(|more| draw(replicates, [2 * i + more, 0, 0], 0, Purpose::Distance)[0])
         }),
-        // What is within the strata: later digits.
+        // Positions within the strata: later digits.
         ("remainders in a replicate", &|i| {
             [0, 1].map(|more| {
                 (size as f64 * draw(replicates, [1, i, more], 0, Purpose::Distance)[0]).fract()

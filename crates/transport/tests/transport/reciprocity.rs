@@ -1,9 +1,10 @@
-//! A point light at y and a pinhole at x change places.
+//! Reciprocity: a point light at y and a pinhole at x change places.
 //!
-//! By docs/theory.md#densities-of-edges the fluence at x of a point light of intensity I at y is φ = ∫ L dω = K(x, y) I/n(y)²,
-//! where K sums products of T/B over edges and of κ over vertices: all are symmetric, and n(x)² of the
-//! sensor cancels that of the first edge, dω = dA/(B n(x)²). Hence φ(x ← y) n(y)² = φ(y ← x) n(x)². The
-//! fluence is summed over pixels with their solid angles; all that scatters is in view.
+//! By docs/theory.md#densities-of-edges the fluence at x of a point light of intensity I at y is φ
+//! = ∫ L dω = K(x, y) I/n(y)². K sums products of T/B over edges and of κ over vertices, which are
+//! all symmetric. n(x)² of the sensor cancels that of the first edge, dω = dA/(B n(x)²). Hence φ(x
+//! ← y) n(y)² = φ(y ← x) n(x)². The fluence is summed over pixels with their solid angles;
+//! everything that scatters is in view.
 //!
 //! False-alarm rate: 1e-3 for the whole file.
 
@@ -32,7 +33,7 @@ fn index(n: f64) -> Field {
         .into()
 }
 
-/// A ball of fog in a larger graded ball, in which light and sensor are.
+/// A ball of fog inside a larger graded ball that contains light and sensor.
 fn scene(wall: Bsdf, jump: f64, sensor: DVec3, light: DVec3) -> Parts {
     let outer = container(Sphere::around(DVec3::ZERO, 2.5).unwrap(), Bsdf::Null);
     let inner = Object {

@@ -1,7 +1,8 @@
-//! Renders by replicates: unbiased, with errors that are what they claim, and the same in parts and on any number
-//! of threads.
+//! Renders by replicates: unbiased, with correct error estimates, and independent of parts and of
+//! the number of threads.
 //!
-//! False alarms: 2.5e-4 for errors and for means of each kind of replicates and estimator, so 1.5e-3 for the file.
+//! False alarms: 2.5e-4 for errors and for means of each kind of replicates and estimator, so
+//! 1.5e-3 for the file.
 
 use crate::common::{camera, container, fog, in_passes, parts, path_tracer, sky, vacuum};
 use eikonal::field::Constant;
@@ -38,7 +39,7 @@ fn bdpt() -> Integrator {
     Integrator::Bdpt(Bdpt::default())
 }
 
-/// All that a film can keep, in replicates of eight.
+/// Options for everything that a film can keep, in replicates of eight.
 fn options(integrator: Integrator, range: Range<u64>, seed: u64) -> RenderOptions {
     RenderOptions {
         first: range.start,
@@ -58,7 +59,7 @@ fn shoot(scene: &Scene, options: &RenderOptions) -> Rendering {
     render(scenes, options, |_| ControlFlow::Continue(()))
 }
 
-/// Means, and claimed variances, of the pixels of many renders.
+/// Means and reported variances of the pixels, over many renders.
 fn renders(
     integrator: Integrator,
     replicates: Replicates,
@@ -87,8 +88,8 @@ fn means(renders: &[(Vec<f32>, Vec<f32>)]) -> Vec<Moments> {
     moments.collect()
 }
 
-/// By how much the variances that renders claim exceed those of their means, over all pixels: relative to the
-/// latter, and in standard errors.
+/// Excess of the reported variances over the variances of the means, over all pixels: relative to
+/// the latter, and in standard errors.
 fn excess(claims: &[(Vec<f32>, Vec<f32>)], renders: &[(Vec<f32>, Vec<f32>)]) -> (f64, f64) {
     let truth: f64 = means(renders).iter().map(Moments::variance).sum();
     let mut difference = Moments::default();
@@ -109,7 +110,7 @@ fn errors_are_what_they_claim_and_means_agree() {
     claims_are_true(path_tracer(), (Replicates::OfSixtyFour, 192));
 }
 
-/// Subpaths from emitters are independent of one another, and of the sensor's.
+/// Subpaths from emitters are independent of one another, and of the sensor's subpaths.
 #[test]
 fn so_they_are_with_subpaths_from_both_ends() {
     claims_are_true(bdpt(), (Replicates::OfEight, SAMPLES));
@@ -122,10 +123,11 @@ fn claims_are_true(integrator: Integrator, (replicates, samples): (Replicates, u
     );
     let zs = [(&single, &single), (&replicates, &replicates)].map(|(a, b)| excess(a, b).1);
     max_abs_z(&zs, FALSE_ALARM).unwrap();
-    // Taken for independent samples, those of replicates would claim the variances of the others.
+    // Counted as independent samples, samples of replicates would report the variances of the
+    // others.
     let (ratio, z) = excess(&single, &replicates);
     assert!(ratio > 0.3 && z > 8.0, "{ratio} {z}");
-    // And no bias.
+    // The means are unbiased, too.
     let pairs = means(&single).into_iter().zip(means(&replicates));
     let zs = pairs.map(|(a, b)| {
         let variance = (a.variance() + b.variance()) / SEEDS as f64;
@@ -134,7 +136,7 @@ fn claims_are_true(integrator: Integrator, (replicates, samples): (Replicates, u
     max_abs_z(&zs.collect::<Vec<_>>(), FALSE_ALARM).unwrap();
 }
 
-/// A part has the replicates that begin in its range.
+/// A part contains the replicates that begin in its range.
 #[test]
 fn parts_in_any_order_are_the_whole() {
     let scene = scene();
@@ -178,8 +180,8 @@ fn a_render_that_goes_on_is_the_whole_on_any_number_of_threads() {
     }
 }
 
-/// Layers and strategies of replicates add up to the image, up to the rounding of single precision in some dozens of means, and have as
-/// many samples.
+/// Layers and strategies of replicates add up to the image, to the rounding of single precision in
+/// some dozens of means, and have equal numbers of samples.
 #[test]
 fn parts_of_light_are_in_replicates_too() {
     let rendering = shoot(&scene(), &options(bdpt(), 0..SAMPLES, 5));
@@ -199,7 +201,7 @@ fn parts_of_light_are_in_replicates_too() {
     }
 }
 
-/// Paths from emitters contribute to many pixels: those samples stay single.
+/// Samples of estimators whose paths from emitters contribute to many pixels stay single.
 #[test]
 fn other_estimators_take_single_samples() {
     let particle = Integrator::Particle(ParticleTracer {

@@ -1,7 +1,8 @@
-//! Connections to resampled ends of emitters (docs/theory.md#resampled-ends), against integrals by quadrature and furnaces.
+//! Connections to resampled ends of emitters (docs/theory.md#resampled-ends), compared with
+//! quadratures and furnaces.
 //!
-//! False alarms: means of the path tracer are compared to exact ones, at a rate of 1e-4 for all tests of it, and those of bidirectional
-//! path tracing at 1e-4, too.
+//! False alarms: 1e-4 for all means of the path tracer, which are compared with exact ones, and
+//! 1e-4 for bidirectional path tracing.
 
 use crate::common::{camera, container, estimate, estimate_by, parts, vacuum};
 use eikonal::field::{Constant, Field, Luneburg};
@@ -23,10 +24,10 @@ use testkit::z_test::max_abs_z;
 
 const FAMILY: f64 = 1e-4;
 const SAMPLES: u64 = 60_000;
-/// From the surface towards the sensor.
+/// Direction from the surface towards the sensor.
 const TOWARD: DVec3 = DVec3::new(0.48, 0.6, 0.64);
 
-/// A surface of object `object` on no medium's boundary.
+/// A surface that bounds no medium.
 fn wall(shape: impl Into<Shape>, bsdf: Bsdf, emitter: Option<usize>) -> Object {
     Object {
         sides: None,
@@ -49,7 +50,7 @@ fn grey(value: f64) -> Spectrum {
     Spectrum([value, 0.0, 0.0, 0.0])
 }
 
-/// Surfaces of all kinds of lobes: broad, narrow, and both.
+/// Surfaces with all kinds of lobes: broad, narrow, and both.
 fn surfaces() -> [(&'static str, Bsdf); 4] {
     let roughness = |alpha: f64| Roughness::new(Distribution::Ggx, alpha).unwrap();
     let metal = |alpha: f64| {
@@ -99,7 +100,7 @@ fn map() -> Environment {
     Environment::image(width, height, pixels, Orientation::IDENTITY).unwrap()
 }
 
-/// ∫ L f cos dω by midpoints, of which the error is below 1e-3.
+/// ∫ L f cos dω by midpoints, with an error below 1e-3.
 fn by_directions(environment: &Environment, bsdf: &Bsdf) -> f64 {
     let (rings, sectors) = (720, 2880);
     let surface = Surface::plain(DVec3::Y, 1.0, 1.0);
@@ -132,7 +133,7 @@ fn what_surfaces_reflect_of_a_map() {
     max_abs_z(&zs, FAMILY / 4.0).unwrap();
 }
 
-/// A panel that faces down, one and a half above the floor.
+/// A panel that faces down, 1.5 above the floor.
 fn panel() -> Shape {
     let turn = DMat3::from_rotation_x(0.5 * PI) * DMat3::from_diagonal(DVec3::new(1.2, 0.8, 1.0));
     let place = DAffine3::from_mat3_translation(turn, DVec3::new(-0.4, 1.5, -0.3));
@@ -196,18 +197,18 @@ fn lens() -> Field {
     Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap().into()
 }
 
-/// What is inside of a furnace.
+/// Contents of a furnace.
 struct Inside {
-    /// Of a ball of radius 1 around the origin.
+    /// Index of a ball of radius 1 around the origin.
     index: Field,
-    /// A white ball in it.
+    /// A white ball inside it.
     ball: Sphere,
-    /// The camera, which looks at the origin.
+    /// Position of the camera, which looks at the origin.
     eye: DVec3,
 }
 
-/// A white surface in a ball of some index: the furnaces of an image, and of a box of textured panels, at a distance from the origin, all
-/// of radiance 1.
+/// Furnaces around a white surface in a ball of some index: one of an image, and one of a box of
+/// textured panels at a distance from the origin, all of radiance 1.
 fn furnaces(inside: &Inside, distance: f64) -> [Parts; 2] {
     let white = || Bsdf::Diffuse(Diffuse::new(Spectrum::ONE).unwrap());
     let objects = || {
@@ -247,7 +248,7 @@ fn furnaces(inside: &Inside, distance: f64) -> [Parts; 2] {
 
 #[test]
 fn furnaces_where_rays_bend() {
-    // Every vertex is connected, as no pilot says otherwise.
+    // Every vertex is connected, because no pilot reduces the rate.
     let ray = SensorRay {
         origin: DVec3::new(3.0, 0.05, 0.1),
         direction: -DVec3::X,
@@ -268,8 +269,9 @@ fn furnaces_where_rays_bend() {
     max_abs_z(&zs, FAMILY / 4.0).unwrap();
 }
 
-/// Samples of random places of the image, in which all strategies are used and share each path: weights must add up to one.
-/// Panels are close, so that much of their light meets the ball, and strategies from either end have large weights.
+/// Tests random positions of the image, where all strategies share each path: weights must add up
+/// to one. Panels are close, so that much of their light meets the ball, and strategies from either
+/// end have large weights.
 #[test]
 fn bidirectional_furnaces() {
     let mut zs = Vec::new();

@@ -1,4 +1,4 @@
-//! Images with less weight for rare bright samples, beside the plain ones.
+//! Reweighted images, in which rare bright samples have less weight, compared with plain ones.
 
 use crate::common::{camera, container, fog, parts, path_tracer, sky, vacuum};
 use eikonal::field::Gaussian;
@@ -15,7 +15,7 @@ use std::ops::ControlFlow;
 fn shoot(integrator: Integrator, samples: u64, reweight: bool) -> Film {
     let ball = container(Sphere::around(DVec3::ZERO, 1.0).unwrap(), Bsdf::Null);
     let index = Gaussian::new(1.0, 0.3, DVec3::ZERO, 0.3).unwrap();
-    // Light close behind fog: rare paths are bright.
+    // Light close behind fog makes rare bright paths.
     let light = Emitter::Point {
         position: DVec3::new(0.1, 0.0, -1.5),
         intensity: Spectrum::splat(1.0),
@@ -54,14 +54,14 @@ fn the_plain_image_stays_as_it_is_and_levels_add_up_to_it() {
         let outliers = with.outliers(0).unwrap();
         for (i, pixel) in with.pixels(0).enumerate() {
             let (sum, total) = (12.0 * pixel.mean()[0], outliers.total(i)[0]);
-            // Twelve samples, each shared between two levels, and the accuracy of sums.
+            // Rounding of twelve samples, each divided between two levels, and of sums.
             let bound = 36.0 * 2f64.powi(-33);
             assert!((sum - total).abs() <= bound * sum, "{sum} {total}");
         }
     }
 }
 
-/// The mean that is missing, relative to the mean.
+/// Fraction of the mean that reweighting removes.
 fn missing(integrator: Integrator, samples: u64) -> f64 {
     let film = shoot(integrator, samples, true);
     let reweighted = film.reweighted().unwrap();
@@ -75,7 +75,8 @@ fn missing(integrator: Integrator, samples: u64) -> f64 {
 
 #[test]
 fn less_and_less_is_missing() {
-    // Few particles come to a pixel: it takes more of them. From bdpt nothing is missing at all.
+    // Pixels receive few particles, so that `particle` needs more samples. From bdpt nothing is
+    // removed at all.
     for (integrator, samples) in estimators().into_iter().zip([8, 64]) {
         let errors = [1, 32].map(|factor| missing(integrator, factor * samples));
         println!("{}: {errors:.4?}", integrator.name());

@@ -1,4 +1,4 @@
-//! Russian roulette by what paths may still bring.
+//! Russian roulette by the expected further contribution of paths.
 //!
 //! False alarms: three means are compared at a family-wise rate of 1e-4.
 
@@ -18,7 +18,8 @@ use std::ops::ControlFlow;
 use testkit::Family;
 use testkit::batches::{moments, one_sample};
 
-/// What paths are told that go on at `x` and bring `light` with unit throughput, each for unit work.
+/// Trains an estimate on paths that continue at `x` with unit throughput, contribute `brought(x)`,
+/// and cost unit work each.
 fn learn(brought: impl Fn(DVec3) -> f64) -> AdjointEstimate {
     let mut adjoint_training = AdjointTraining::default();
     let tally = |light, work| PathTally { light, work };
@@ -36,7 +37,8 @@ fn start(x: DVec3) -> Start {
     Start::point(x, DVec3::Y, 0)
 }
 
-/// With one unit of variance for each of work, paths should survive in proportion to the root of the squares that they bring.
+/// At one unit of variance per unit of work, the survival of paths is proportional to the root of
+/// the squared contributions.
 #[test]
 fn adjoint_estimates_are_worth_what_paths_brought() {
     let adjoint = learn(|x| if x.z < 0.0 { 0.2 } else { 3.0 });
@@ -44,14 +46,15 @@ fn adjoint_estimates_are_worth_what_paths_brought() {
         for x in [-0.7, 0.7] {
             let found = adjoint.of(&start(DVec3::new(x, 0.3, z))).unwrap();
             println!("{z}: {found}, exact {exact}");
-            // Part of the training samples is taken to be like those of the larger cells around.
+            // The estimate partly treats training samples as those of the larger cells around.
             assert!((found / exact - 1.0).abs() < 0.01);
         }
     }
     assert_eq!(AdjointEstimate::default().of(&start(DVec3::ZERO)), None);
 }
 
-/// A ball of fog without absorption, which bends light, under a sky of radiance 1: any ray sees n² of the sensor.
+/// A ball of fog without absorption, which bends light, under a sky of radiance 1. Any ray sees n²
+/// of the sensor.
 fn furnace() -> Scene {
     let index = Gaussian::new(1.0, 0.1, DVec3::ZERO, 0.4).unwrap();
     let ball = container(Sphere::around(DVec3::ZERO, 1.0).unwrap(), Bsdf::Null);
@@ -60,7 +63,7 @@ fn furnace() -> Scene {
     Scene::new(parts(vec![ball], media, vec![sky()], sensor)).unwrap()
 }
 
-/// Whatever paths are thought to bring, the mean stays.
+/// The mean does not depend on the estimate.
 #[test]
 fn absurd_adjoint_estimates_keep_the_mean() {
     let scene = furnace();
@@ -92,7 +95,8 @@ fn absurd_adjoint_estimates_keep_the_mean() {
     family.check().unwrap();
 }
 
-/// A ball of dense, white fog beside an emitter: light bounces for long, and most of what is seen bounced a few times.
+/// A ball of dense white fog beside an emitter. Light scatters many times, but most of the visible
+/// light scattered only a few times.
 fn dense() -> Parts {
     let ball = container(Sphere::around(DVec3::ZERO, 1.0).unwrap(), Bsdf::Null);
     let media = vec![vacuum(), fog(Constant::new(1.0), 20.0, 0.99, 0.0)];
@@ -104,7 +108,7 @@ fn dense() -> Parts {
     parts(vec![ball], media, vec![light], sensor)
 }
 
-/// A pilot finds that long paths are not worth their work.
+/// A pilot finds that long paths do not justify their work.
 #[test]
 fn long_paths_end_before_roulette_by_depth() {
     let scene = Scene::new(dense()).unwrap();

@@ -1,4 +1,4 @@
-//! The addressed sampler: uniform, independent of its neighbours, and the same for ever.
+//! The addressed sampler: uniform, independent between neighbours, and unchanged for ever.
 //!
 //! False alarms: 5e-4 for each of the two families, so 1e-3 for the file. Seeds are fixed.
 
@@ -7,7 +7,7 @@ use testkit::{Family, Mass, Moments, Table, uniform_edges, z_test};
 
 const FALSE_ALARM: f64 = 5e-4;
 
-/// Any change of these numbers changes every image ever rendered.
+/// Tests the exact numbers: any change of them changes every image ever rendered.
 #[test]
 fn golden_values() {
     let mut s = Sampler::new(0, 0, 0);
@@ -18,7 +18,7 @@ fn golden_values() {
     assert_eq!(s.next_1d(), copy.next_1d());
 }
 
-/// The address of the `i`-th point of a walk along one of its words.
+/// Address of the `i`-th point of a walk along one word of the address.
 fn address(word: usize, i: u64) -> [u64; 3] {
     let mut a = [17, 1_000, 5];
     a[word] += i;
@@ -32,7 +32,7 @@ fn numbers_are_uniform_across_addresses() {
     for word in 0..3 {
         for dimension in [0, 1, 6] {
             let mut i = 0;
-            // One number of this address against the same number of the next one.
+            // Pair a number of this address with the corresponding number of the next one.
             let draw = |_: &mut testkit::Rng| {
                 i += 1;
                 let [a, b] = [2 * i, 2 * i + 1].map(|i| nth(address(word, i), dimension));

@@ -1,6 +1,7 @@
-//! χ² tests of every sampling routine, and inverses.
+//! χ² tests of every sampling routine, and tests of inverses.
 //!
-//! False alarms: 1.6e-4 for each of the six families here, so below 1e-3 for the file. Seeds are fixed.
+//! False alarms: 1.6e-4 for each of the six families here, so below 1e-3 for the file. Seeds are
+//! fixed.
 
 use glam::{DVec2, DVec3};
 use morgana_transport::sampling::disc::*;
@@ -23,7 +24,7 @@ fn square(lo: f64, hi: f64, n: usize) -> Table {
 #[test]
 fn plane_distributions() {
     let mut family = Family::new(FALSE_ALARM);
-    // In polar coordinates the disc's edge is the table's edge; r is the area element.
+    // Use polar coordinates, so that the disc's edge is the table's edge; r is the area element.
     let polar = Table::new(uniform_edges(0.0, 1.0, 8), uniform_edges(-PI, PI, 16));
     let disc = |r: &mut Rng| uniform_disc_sample(r.uniform());
     let report = polar.test(
@@ -76,7 +77,7 @@ fn plane_distributions() {
     family.check().unwrap();
 }
 
-/// Marginals of x and y, and of z and x, which are bilinear in closed form.
+/// Tests the marginals of x and y, and of z and x, which are bilinear in closed form.
 #[test]
 fn trilinear_cells() {
     let mut family = Family::new(FALSE_ALARM);
@@ -208,7 +209,7 @@ fn tabulated_distributions() {
     );
     family.push("piecewise linear", report.unwrap().p_value);
     let discrete = Discrete::new(&[2.0, 0.0, 1.0, 5.0]).unwrap();
-    // The remapped number must be uniform, whatever the index.
+    // The remapped number is uniform for every index.
     let report = Table::new(uniform_edges(-0.5, 3.5, 4), uniform_edges(0.0, 1.0, 10)).test(
         3,
         SAMPLES,
@@ -232,7 +233,7 @@ fn grid_distribution() {
     values[7] = 40.0;
     values[2 * width..3 * width].fill(0.0);
     let grid = Grid2::new(width, height, &values).unwrap();
-    // Twice as many bins as cells: the position within a cell is tested too.
+    // Use twice as many bins as cells, to test positions within a cell, too.
     let table = Table::new(
         uniform_edges(0.0, 1.0, 2 * width),
         uniform_edges(0.0, 1.0, 2 * height),
@@ -247,7 +248,7 @@ fn grid_distribution() {
     assert!((grid.integral() - values.iter().sum::<f64>() / 20.0).abs() < 1e-15);
 }
 
-/// |a − b| small in both components.
+/// True if |a − b| is small in both components.
 fn close(a: [f64; 2], b: [f64; 2]) -> bool {
     a.iter().zip(b).all(|(x, y)| (x - y).abs() < 1e-9)
 }

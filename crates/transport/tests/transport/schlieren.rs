@@ -1,5 +1,5 @@
-//! A knife edge in the focal plane turns deflections into brightness. Statistical tests: seeds are fixed,
-//! each comparison has a false-alarm rate of 6e-5 (four standard errors).
+//! A knife edge in the focal plane turns deflections into brightness. Statistical tests with fixed
+//! seeds; each comparison has a false-alarm rate of 6e-5 (four standard errors).
 
 use crate::common::{container, fog, parts, path_tracer, shoot_by, sky, vacuum};
 use eikonal::field::{Gaussian, Luneburg};
@@ -14,9 +14,9 @@ use morgana_transport::sensor::{ApertureStop, Sensor, Telecentric};
 use morgana_transport::shape::{Rectangle, Shape, Sphere};
 use std::f64::consts::{PI, TAU};
 
-/// Distance of the source: its rays are nearly parallel.
+/// Distance of the source, which makes its rays nearly parallel.
 const FAR: f64 = 1e4;
-/// Half the angle that it fills.
+/// Half-angle that the source subtends.
 const HALF: f64 = 4e-3;
 const STOP: f64 = 8e-3;
 
@@ -26,7 +26,7 @@ fn ball(radius: f64) -> Shape {
         .into()
 }
 
-/// Along +z from z = −5, sharp at the origin.
+/// A sensor at z = −5 that looks along +z and is in focus at the origin.
 fn sensor(aspect: f64, stop: ApertureStop) -> Sensor {
     let map = DAffine3::from_mat3_translation(DMat3::IDENTITY, DVec3::NEG_Z * 5.0);
     Sensor::Telecentric(Telecentric::new(map, aspect, 5.0, stop))
@@ -48,9 +48,9 @@ fn source() -> Object {
     }
 }
 
-/// The edge covers slopes above zero along x. A pixel whose rays turn by ε along x sees the source through
-/// slopes from −h − X/R − ε to 0: its brightness is proportional to h + X/R + ε, with
-/// ε = −√(2π) Δ b e^(−b²/2w²)/w behind a weak Gaussian bump at X = b.
+/// The edge covers slopes above zero along x. A pixel whose rays turn by ε along x sees the source
+/// through slopes from −h − X/R − ε to 0. Its brightness is proportional to h + X/R + ε, with ε =
+/// −√(2π) Δ b e^(−b²/2w²)/w behind a weak Gaussian bump at X = b.
 #[test]
 fn brightness_is_proportional_to_the_deflection() {
     const PIXELS: usize = 16;
@@ -67,7 +67,7 @@ fn brightness_is_proportional_to_the_deflection() {
     let mut parts = parts(objects, media, vec![emitter], sensor);
     (parts.film.width, parts.film.height) = (PIXELS, 1);
     let rendering = shoot_by(path_tracer(), parts, 10_000, 3);
-    // Of the half disc that is open, what shines through unbent rays.
+    // Fraction of the open half disc that shines through unbent rays.
     let unit = 2.0 * HALF * HALF / (0.5 * PI * STOP * STOP);
     let (mut ay, mut aa, mut variance) = (0.0, 0.0, 0.0);
     for (i, pixel) in rendering.film.pixels(0).enumerate() {
@@ -76,7 +76,7 @@ fn brightness_is_proportional_to_the_deflection() {
         let a = deflection / HALF;
         let y = pixel.mean()[0] / unit - 1.0 - x / (FAR * HALF);
         let s2 = pixel.variance_of_mean()[0] / (unit * unit);
-        // A pixel's mean, and terms of Δ², are worth 5e-3 of the largest contrast, 0.38.
+        // The mean over a pixel, and terms of Δ², cost 5e-3 of the largest contrast, 0.38.
         let z = (y - a) / (s2.sqrt() + 2e-3);
         assert!(z.abs() < 4.0, "pixel {i}: {y} for {a}");
         ay += a * y;
@@ -88,7 +88,7 @@ fn brightness_is_proportional_to_the_deflection() {
     assert!((slope - 1.0).abs() < 4.0 * error, "{slope} ± {error}");
 }
 
-/// A path that is found from either end is worth the same.
+/// Paths have equal contributions from either end.
 #[test]
 fn estimators_agree() {
     let media = |albedo: f64| {

@@ -1,5 +1,5 @@
-//! The second moment of a pixel's samples against single samples, one by one: exactly for samples of one seed, and by z for those of
-//! others, at a false-alarm rate of 1e-3.
+//! Second moment of a pixel's samples, compared with single samples: exactly for samples of equal
+//! seed, and by z for other seeds, at a false-alarm rate of 1e-3.
 
 use crate::common::{camera, container, fog, parts, path_tracer, sky, vacuum};
 use eikonal::field::Gaussian;
@@ -31,7 +31,7 @@ fn film(scene: &Scene, options: &RenderOptions) -> Film {
     render(scenes, options, |_| ControlFlow::Continue(())).film
 }
 
-/// The second moment by its definition, of renders of one sample, or replicate, each.
+/// Second moment by its definition, from renders of one sample, or replicate, each.
 fn by_hand(scene: &Scene, whole: &RenderOptions, size: u64) -> Vec<f64> {
     let mut squares = [0.0; PIXELS];
     let scores = whole.samples / size;
@@ -66,7 +66,8 @@ fn it_is_the_mean_of_squares() {
         let options = RenderOptions::new(integrator, 8, 3);
         let found = film(&scene, &options);
         agree(&found, &by_hand(&scene, &options, 1));
-        // The variance of the mean of n samples is what is left of it, less the mean's own square, over n − 1.
+        // The variance of the mean of n samples is the second moment, less the squared mean, over n
+        // − 1.
         for i in 0..PIXELS {
             let [mean, variance] =
                 [found.mean_at(None, 0, i), found.variance_at(None, 0, i)].map(f64::from);
@@ -76,7 +77,7 @@ fn it_is_the_mean_of_squares() {
     }
 }
 
-/// Of samples that belong together, it is that of their means.
+/// The second moment of replicates is the second moment of their means.
 #[test]
 fn replicates_count_as_one() {
     let scene = scene();
@@ -87,7 +88,8 @@ fn replicates_count_as_one() {
     agree(&film(&scene, &options), &by_hand(&scene, &options, 8));
 }
 
-/// Second moments of long renders are what squares of single samples by other seeds scatter about.
+/// Second moments of long renders agree with squares of single samples by other seeds, within their
+/// scatter.
 #[test]
 fn other_seeds_agree() {
     let scene = scene();
@@ -107,7 +109,7 @@ fn other_seeds_agree() {
         let mean = sums[i] / n;
         let variance = (squares[i] / n - mean * mean) / (n - 1.0);
         let expected = f64::from(long.second_moment_at(0, i));
-        // The long render has some seven times as many samples, and an error of its own.
+        // The long render has about seven times as many samples, and an error of its own.
         (mean - expected) / (variance * (1.0 + n / 1024.0)).sqrt()
     };
     let zs: Vec<f64> = (0..PIXELS).map(z).collect();

@@ -1,8 +1,8 @@
-//! Slabs with published or exact answers.
+//! Slabs with published or exact results.
 //!
-//! The radiance that a sensor at normal incidence receives from a slab under uniform light from one side
-//! is, by reciprocity, the slab's reflectance or transmittance for a pencil beam along the sensor's
-//! axis. Each z-test is at |z| < 4, a false-alarm rate of 6e-5; there are five.
+//! By reciprocity, the radiance that a sensor at normal incidence receives from a slab under
+//! uniform light from one side is the slab's reflectance or transmittance for a pencil beam along
+//! the sensor's axis. Each z-test is at |z| < 4, a false-alarm rate of 6e-5; there are five.
 
 use crate::common::{camera, container, estimate, fog, glass, parts, vacuum};
 use eikonal::Field;
@@ -35,7 +35,8 @@ fn slab(width: f64, z: [f64; 2]) -> Cube {
     Cube::new(to_world).unwrap()
 }
 
-/// Rows of pixels of a sky, the middle two of which are 1.6 mrad apart: between them it fades.
+/// Number of pixel rows of the half sky. The middle two rows are 1.6 mrad apart; the radiance fades
+/// between them.
 const ROWS: usize = 2000;
 
 /// Radiance 1 from directions with z > 0, or with z < 0.
@@ -81,7 +82,7 @@ fn mcml_matched_slab() {
 }
 
 /// Giovanelli 1955; MCML, table 2; here to six digits from H functions: a half space of index 1.5,
-/// albedo 0.9, isotropic. A hundred mean free paths stand for it.
+/// albedo 0.9, isotropic, represented by a hundred mean free paths.
 #[test]
 fn mcml_mismatched_half_space() {
     let scene = parts(
@@ -97,7 +98,8 @@ fn mcml_mismatched_half_space() {
     );
 }
 
-/// A black plate at height `z` that radiates as one of emissive power `m` in vacuum would, times n².
+/// A black plate at height `z` that radiates n² times as much as a plate of emissive power `m` in
+/// vacuum.
 fn plate(z: f64, up: bool, emitter: usize) -> Object {
     let turn = if up { 1.0 } else { -1.0 };
     let to_world = DAffine3 {
@@ -113,8 +115,8 @@ fn plate(z: f64, up: bool, emitter: usize) -> Object {
     }
 }
 
-/// A graded, transparent slab between black plates (docs/theory.md#radiance): of the flux that leaves the
-/// optically denser plate, only n_min² of n² can reach the other one.
+/// A graded, transparent slab between black plates (docs/theory.md#radiance): only the fraction
+/// n_min²/n² of the flux from the optically denser plate can reach the other plate.
 #[test]
 fn graded_slab_between_black_plates() {
     let (low, high) = (1.2, 1.5);
@@ -153,13 +155,13 @@ fn graded_slab_between_black_plates() {
         })
     };
     let shared = low * low;
-    // The dense plate sees the other one through a cone, and itself beyond total reflection.
+    // The dense plate sees the other plate within a cone, and itself beyond the critical angle.
     let on_high = shared * m_low + (high * high - shared) * m_high;
     check("dense side", irradiance(1.0 - 1e-7, -1.0, 4), on_high);
     check_exact("thin side", irradiance(1e-7, 1.0, 5), shared * m_high);
 }
 
-/// From the thin side every ray reaches the other plate: nothing to average.
+/// Checks a value without noise: from the thin side every ray reaches the other plate.
 fn check_exact(name: &str, (mean, error): (f64, f64), exact: f64) {
     println!("{name}: {mean} ± {error}, expected {exact}");
     assert!(

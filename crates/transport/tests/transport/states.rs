@@ -1,4 +1,5 @@
-//! Renders in parts: put together, gone on with, on any number of threads, they are the render in one piece, bit for bit.
+//! Renders in parts: merged, resumed, and on any number of threads, they equal the render in one
+//! piece, bit for bit.
 
 use crate::common::{camera, container, fog, in_passes, parts, path_tracer, sky, vacuum};
 use eikonal::field::Gaussian;
@@ -42,7 +43,7 @@ fn scene() -> Parts {
     parts
 }
 
-/// All that a film can keep.
+/// Options for everything that a film can keep.
 fn options(integrator: Integrator) -> RenderOptions {
     let decomposition = Decomposition {
         length: Some(Bins {
@@ -138,7 +139,7 @@ fn a_render_that_goes_on_is_the_whole_on_any_number_of_threads() {
     }
 }
 
-/// Whether before the first sample, in the pilot, or after some.
+/// A render can be given up before the first sample, in the pilot, or after some samples.
 #[test]
 fn a_pass_that_is_given_up_leaves_no_trace() {
     let scenes = [Scene::new(scene()).unwrap()];
@@ -168,7 +169,8 @@ fn a_pass_that_is_given_up_leaves_no_trace() {
     }
 }
 
-/// Renders that end at a target look at their error at the same samples, wherever they were interrupted.
+/// Renders with a target error test their error at fixed numbers of samples, wherever they were
+/// interrupted.
 #[test]
 fn a_render_that_goes_on_ends_at_its_target() {
     let scenes = [Scene::new(scene()).unwrap()];
@@ -197,7 +199,7 @@ fn samples_never_count_twice() {
     let second = state(&scene, &options, 5..8);
     assert_eq!(first.merge(&second), Err(MergeError::Overlap(5..6)));
     assert_eq!(first.done().count(), 6);
-    // What is there already is not taken again.
+    // Samples that exist are not taken again.
     let scenes = [scene];
     let handle = Handle::default();
     first.advance(&scenes, &options, &handle, |_| ControlFlow::Continue(()));
@@ -263,7 +265,7 @@ fn measurements_in_parts_are_the_whole() {
         ControlFlow::Continue(())
     })
     .unwrap();
-    // Tasks are whole.
+    // Tasks are complete.
     assert_eq!(whole.particles, 1024);
     let part = |first, particles| {
         let mut state = MeasureState::new(&scenes, &meters).unwrap();
@@ -294,7 +296,8 @@ fn measurements_in_parts_are_the_whole() {
     assert!(whole.readings[0][0].mean.iter().sum::<f64>() > 0.0);
 }
 
-/// Quantities besides light leave it alone, bit for bit, and are those of the same rays on their own.
+/// Quantities besides light do not change the light, bit for bit, and equal those of the rays
+/// rendered alone.
 #[test]
 fn quantities_beside_light_are_those_alone() {
     let scene = Scene::new(scene()).unwrap();

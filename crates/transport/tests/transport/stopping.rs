@@ -1,8 +1,9 @@
-//! Renders that end when their measured error is small enough.
+//! Renders that end once their measured error is small enough.
 //!
-//! The coverage test compares 100 renders with the truth. If errors were normal and stopping innocent, 95 %
-//! of them would lie within two of their target errors; 86 % or fewer would have a probability below 1e-3
-//! (binomial). That renders do not stop far too late is checked with the errors that they report.
+//! The coverage test compares 100 renders with the true value. If errors were normal and stopping
+//! caused no bias, 95 % of them would lie within two of their target errors; 86 % or fewer would
+//! have a probability below 1e-3 (binomial). The reported errors show that renders do not stop far
+//! too late.
 
 use crate::common::{camera, container, fog, parts, path_tracer, sky, vacuum};
 use eikonal::field::{Constant, Gaussian};
@@ -93,7 +94,7 @@ fn samples_bound_a_render_with_a_target() {
     let scene = Scene::new(ball(false)).unwrap();
     let rendering = shoot(&scene, path_tracer(), target(1e-9, Measure::Image), 50, 1);
     assert_eq!((rendering.reached, rendering.samples), (false, 50));
-    // Nothing is known of an image without light.
+    // The error of an image without light is unknown.
     let mut dark = ball(false);
     dark.emitters.clear();
     let scene = Scene::new(dark).unwrap();

@@ -1,4 +1,4 @@
-//! Strategies of bidirectional path tracing one by one, and what must be the same bit for bit.
+//! Single strategies of bidirectional path tracing, and renders that must be equal bit for bit.
 
 use crate::common::{camera, container, fog, parts, sky, vacuum};
 use eikonal::field::Gaussian;
@@ -74,7 +74,7 @@ fn bdpt(max_depth: Option<u32>) -> Integrator {
     })
 }
 
-/// Light that is scattered once comes about in three ways, each of which finds all of it on its own.
+/// Three strategies find single scattering, each completely on its own.
 #[test]
 fn three_strategies_find_the_same_single_scattering() {
     let parts = light_beside_fog();
@@ -100,14 +100,14 @@ fn three_strategies_find_the_same_single_scattering() {
     family.check().unwrap();
 }
 
-/// Whatever the weights are, the image is the sum of the strategies' shares, and no strategy gives more
-/// than it finds.
+/// For any weights, the image is the sum of the strategies' shares, and no strategy contributes
+/// more than it finds.
 #[test]
 fn weighted_images_add_up() {
     let rendering = shoot(&light_beside_fog(), &options(bdpt(None), 16, 3));
     let image = rendering.film.pixels(0);
     assert!(rendering.strategies.len() > 6);
-    // An emitter in view is found by hits alone.
+    // Only hits find a visible emitter.
     assert!(rendering.strategies.iter().all(|i| (i.s, i.t) != (1, 1)));
     for (i, pixel) in image.enumerate() {
         let share = |s: &morgana_transport::render::StrategyImage| {
@@ -160,7 +160,8 @@ fn results_do_not_depend_on_the_number_of_threads() {
     }
 }
 
-/// A render that is stopped is the render of as many samples, however they were divided into passes.
+/// An interrupted render equals a render of equally many samples, however these were divided into
+/// passes.
 #[test]
 fn results_do_not_depend_on_passes() {
     for integrator in both() {

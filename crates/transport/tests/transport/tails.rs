@@ -1,8 +1,9 @@
-//! Errors that cannot be trusted are flagged, and others are not.
+//! Flags for errors that cannot be trusted.
 //!
-//! Flags are functions of seeded renders. Of fog without a focus the largest of 32 768 samples holds half a hundredth of the
-//! scatter, of fog with one a thirtieth to three quarters, and the limit is a thirty-second: by repeated seeds, fewer than one in
-//! a hundred flags of the former are wrong, and one in ten of the latter is missing, which is what a tail index of 2 leaves to chance.
+//! Flags depend on seeded renders. In fog without a focus, the largest of 32 768 samples holds
+//! 0.005 of the scatter; in fog with a focus it holds a thirtieth to three quarters. The limit is a
+//! thirty-second. Repeated seeds show fewer than one in a hundred false flags without a focus, and
+//! one in ten missing flags with a focus, as expected for a tail index of 2.
 
 use crate::common::*;
 use eikonal::field::{Constant, Gaussian};
@@ -22,7 +23,7 @@ fn focus() -> Parts {
     lit_fog(fog(index, 0.5, 1.0, 0.0))
 }
 
-/// The same without the lens.
+/// The scene without the lens.
 fn plain() -> Parts {
     lit_fog(fog(Constant::new(1.0), 0.5, 1.0, 0.0))
 }
@@ -64,7 +65,7 @@ fn describe(rendering: &Rendering) -> (bool, f64, f64) {
     (film.few_in_all(None), share, pixels)
 }
 
-/// An image none of whose samples came near the focus does not show it: of 24 seeds, 21 do.
+/// An image none of whose samples came near the focus cannot reveal it: 21 of 24 seeds do.
 #[test]
 fn a_focus_in_fog_is_flagged_by_most_seeds() {
     let is_flagged = |seed: &u64| describe(&shoot_by(path(2), focus(), 128, *seed)).0;
@@ -72,9 +73,10 @@ fn a_focus_in_fog_is_flagged_by_most_seeds() {
     assert!(flagged >= 7, "{flagged} of 8");
 }
 
-/// Particles that pass close to a camera in haze are rare and bright. They hide among the samples of the whole image, by which one in
-/// six seeds was flagged, although of 40 seeds three were four errors off; among the samples of pixels they do not. `bdpt`, which does not
-/// need them, is not flagged.
+/// Particles that pass close to a camera in haze are rare and bright. The samples of pixels reveal
+/// them. The samples of the whole image hide them: with these, one in six seeds was flagged,
+/// although three of 40 seeds were off by four errors. `bdpt`, which does not need these particles,
+/// is not flagged.
 #[test]
 fn particles_close_to_a_camera_are_flagged() {
     let haze = || {
@@ -101,7 +103,8 @@ fn particles_close_to_a_camera_are_flagged() {
     assert_eq!([particle, bdpt(6)].map(flagged), [8, 0]);
 }
 
-/// A target is not reached by an error that cannot be trusted, however small it seems; by one that can, it is.
+/// An error that cannot be trusted never meets a target, however small it seems; a trusted one
+/// does.
 #[test]
 fn targets_wait_for_errors_that_can_be_trusted() {
     let done = |integrator, seed| {
@@ -128,7 +131,7 @@ fn targets_wait_for_errors_that_can_be_trusted() {
     assert!(done(bdpt(2), 1) < 100);
 }
 
-/// The error of a picture without light, which is 0, means nothing.
+/// The error of an image without light, which is 0, has no meaning.
 #[test]
 fn a_black_picture_is_flagged() {
     let black = lit_fog(fog(Constant::new(1.0), 0.5, 0.0, 0.0));
@@ -136,7 +139,7 @@ fn a_black_picture_is_flagged() {
     assert_eq!(found, (true, 0.0, 0.0));
 }
 
-/// Who finds the focus is not flagged; nor is fog without one.
+/// Estimators that find the focus are not flagged, nor is fog without a focus.
 #[test]
 fn ordinary_fog_is_not_flagged() {
     let [plain, _] = [(path(2), plain()), (bdpt(2), focus())].map(|(integrator, parts)| {
@@ -147,7 +150,7 @@ fn ordinary_fog_is_not_flagged() {
     assert!(plain < 0.01, "{plain}");
 }
 
-/// A white ball under the sky: no pixel of it is flagged.
+/// A white ball under the sky: none of its pixels is flagged.
 #[test]
 fn pixels_of_even_light_are_not_flagged() {
     let mut parts = lit_fog(vacuum());
@@ -160,7 +163,7 @@ fn pixels_of_even_light_are_not_flagged() {
     assert!(!few && share < 0.01 && pixels == 0.0, "{share} {pixels}");
 }
 
-/// Two halves of a render and the whole say the same.
+/// Two halves of a render and the whole have equal flags.
 #[test]
 fn parts_know_the_largest_sample_of_all() {
     let of = |film: &Film| (film.few(None), film.effective(None), film.tail(None));

@@ -1,9 +1,10 @@
-//! The path tracer against independent particle tallies of curved-ray transport (`data/README.md`).
+//! The path tracer, compared with independent particle tallies of curved-ray transport
+//! (`data/README.md`).
 //!
-//! What a tally counts as power through a surface, the path tracer measures as ∫∫ L cos θ dω dA with
-//! sensor rays drawn over the same bin. Unscattered light of point and beam sources is invisible to
-//! sensor rays; the reference's quadrature of it is subtracted. Each test compares all bins of a tally at
-//! a family-wise false-alarm rate of 1e-3.
+//! A tally counts power through a surface. The path tracer measures this power as ∫∫ L cos θ dω dA,
+//! with sensor rays drawn over the bin. Unscattered light of point and beam sources is invisible to
+//! sensor rays; the reference's quadrature of it is subtracted. Each test compares all bins of a
+//! tally at a family-wise false-alarm rate of 1e-3.
 
 use crate::common::{camera, container, estimate, fog, parts, vacuum};
 use eikonal::Field;
@@ -95,7 +96,7 @@ fn power_that_a_luneburg_ball_scatters_out_of_a_beam() {
         Spectrum::ONE,
     );
     let scene = luneburg_ball(1.1, 1.0 / 1.1, Emitter::Collimated(beam));
-    // The last bin holds the unscattered beam.
+    // The last bin contains the unscattered beam.
     let zs: Vec<f64> = (0..mean.len() - 1)
         .map(|bin| {
             let (power, se) = estimate(&scene, (20_000, 100 + bin as u64), |sampler| {
@@ -121,12 +122,13 @@ fn power_that_a_luneburg_ball_scatters_out_of_a_beam() {
 
 #[test]
 fn irradiance_behind_a_slab_with_the_sound_off() {
-    // Farther out too few paths of a forward-peaked medium bring light for a normal mean.
+    // Farther out, too few paths of a forward-peaked medium carry light for a normal mean.
     behind_a_slab("field_off", Constant::new(N_SLAB).into(), 0..10);
 }
 
-/// With the sound on the index varies by ± 0.02 across the beam, J₀ of the distance from its axis: most of
-/// the light that is scattered forwards is guided. Takes minutes: under `MORGANA_LONG_TESTS` only.
+/// With the sound on, the index varies by ± 0.02 across the beam, as J₀ of the distance from its
+/// axis: the sound guides most of the light that is scattered forwards. Takes minutes, so it runs
+/// under `MORGANA_LONG_TESTS` only.
 #[test]
 fn irradiance_behind_a_slab_with_the_sound_on() {
     if std::env::var_os("MORGANA_LONG_TESTS").is_none() {
@@ -166,7 +168,7 @@ fn behind_a_slab(entry: &str, index: Field, bins: std::ops::Range<usize>) {
     max_abs_z(&zs, FAMILY).unwrap();
 }
 
-/// The slab of the waveguide reference, with the matched index all around.
+/// The slab of the waveguide reference, surrounded by the matched index.
 fn waveguide(index: Field) -> Parts {
     let to_world = DAffine3 {
         matrix3: DMat3::from_diagonal(DVec3::new(3.0, 1.5, 1.5)),

@@ -1,4 +1,5 @@
-//! Textures: values of Mitsuba 3.9.1 (`scalar_rgb`) for the same images and coordinates, and closed forms.
+//! Textures, compared with values of Mitsuba 3.9.1 (`scalar_rgb`) for equal images and coordinates,
+//! and with closed forms.
 
 use glam::{DAffine2, DAffine3, DMat2, DVec2, DVec3};
 use morgana_transport::Spectrum;
@@ -124,7 +125,8 @@ fn checkerboards_are_laid_as_in_mitsuba() {
     }
 }
 
-/// Coordinates on the faces of Mitsuba's cube, where the line along each axis through (0.3, −0.4, 0.6) leaves it.
+/// Compares coordinates on the faces of Mitsuba's cube, at the points where lines along the axes
+/// through (0.3, −0.4, 0.6) leave it.
 #[test]
 fn cubes_have_mitsubas_coordinates() {
     let cube = Shape::from(Cube::new(DAffine3::IDENTITY).unwrap());
@@ -152,7 +154,7 @@ fn colours_of_vertices_are_linear_over_triangles() {
     let corners = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::new(1.0, 1.0, 0.5)];
     let mesh = Mesh::new(corners.to_vec(), vec![[0, 1, 2], [1, 3, 2]], None).unwrap();
     let mesh = Arc::new(mesh);
-    // Linear in the position: the interpolation must reproduce it.
+    // The interpolation must reproduce a function that is linear in the position.
     let linear = |p: DVec3| 0.1 + 0.5 * p.x + 0.2 * p.y + 0.3 * p.z;
     let colours = corners.map(|p| Spectrum::splat(linear(p))).to_vec();
     let texture = VertexColours::new(mesh.clone(), colours).unwrap();
@@ -205,7 +207,7 @@ fn images_that_are_refused() {
     assert_eq!(error, TextureError::NotFinite { index: 1 });
 }
 
-/// A multiple of a texture has the multiple of its values and slopes.
+/// A scaled texture has scaled values and slopes.
 #[test]
 fn multiples_have_multiples_of_values_and_slopes() {
     let plain = bitmap(BitmapFilter::Bilinear, Wrap::Repeat, DAffine2::IDENTITY);

@@ -1,6 +1,7 @@
-//! How accurate rays are: as loose as noise hides, by a pilot, and as the scene says where nothing hides it.
+//! Accuracy of rays: a pilot loosens the tolerance as far as noise hides the error; without noise,
+//! the scene's tolerance applies.
 //!
-//! Nothing here is a statistical test: all renders that are compared have the same random numbers.
+//! Nothing here is a statistical test: all compared renders have common random numbers.
 
 use crate::common::{self, camera, container, fog, parts, path_tracer, vacuum};
 use eikonal::Tolerance;
@@ -17,7 +18,7 @@ use morgana_transport::{Bins, Scene, Spectrum};
 
 const SAMPLES: u64 = 64;
 
-/// A ball whose index varies beside the axis of the view, in fog or in the clear.
+/// A ball whose index varies beside the axis of the view, in fog or in clear matter.
 fn ball(index: impl Into<Field>, sigma_t: f64, objects: Vec<Object>, sensor: Sensor) -> Parts {
     let ball = container(Sphere::around(DVec3::ZERO, 0.8).unwrap(), Bsdf::Null);
     let objects = std::iter::once(ball).chain(objects).collect();
@@ -36,7 +37,8 @@ fn foggy() -> Scene {
     Scene::new(ball(graded(), 1.0, Vec::new(), view)).unwrap()
 }
 
-/// A black half plane behind the ball, whose edge is in the middle of a view of so small an angle that a small error of rays moves it out.
+/// A black half plane behind the ball. Its edge is in the middle of a view so narrow that a small
+/// error of rays moves it out of view.
 fn edge(aim: f64, tolerance: f64) -> Scene {
     let edge = Object {
         name: "edge".into(),
@@ -69,7 +71,8 @@ fn options(integrator: Integrator, loosens_tolerance: bool) -> RenderOptions {
     }
 }
 
-/// Mean over pixels of the differences between two images, without signs, in standard errors of one of them.
+/// Mean over pixels of the absolute difference between two images, in standard errors of one of
+/// them.
 fn difference(a: &Rendering, b: &Rendering) -> f64 {
     let (errors, pairs) = (
         a.film.variance(),
@@ -111,7 +114,7 @@ fn rays_are_as_loose_as_noise_hides() {
     }
 }
 
-/// A displacement of rays that fills the image with what lies beside it has no noise to hide in.
+/// A displacement of rays that brings adjacent parts into the image has no noise to hide in.
 #[test]
 fn rays_are_exact_where_the_image_tells() {
     let exact = options(path_tracer(), false);
@@ -134,7 +137,8 @@ fn rays_are_exact_where_the_image_tells() {
     assert!(rendering.accuracy.tolerance < 1e-4);
 }
 
-/// Where nothing bends rays there is nothing to gain; errors that are asked for, and lengths by which light is told apart, are not left to noise.
+/// Without bent rays nothing can be gained. Requested errors, and lengths that separate light, keep
+/// the scene's tolerance.
 #[test]
 fn rays_are_exact_where_that_is_asked_for() {
     let straight = ball(

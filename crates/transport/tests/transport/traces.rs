@@ -1,4 +1,4 @@
-//! Single rays through scenes.
+//! Single rays traced through scenes.
 
 use crate::common::{camera, container, fog, glass, parts, sky, vacuum};
 use eikonal::Tolerance;
@@ -19,7 +19,8 @@ fn graded_ball() -> Scene {
     Scene::new(parts(vec![ball], media, vec![sky()], sensor)).unwrap()
 }
 
-/// A ray that starts on a boundary, from which it goes inwards, is the one that starts a little before or behind it.
+/// A ray that starts on a boundary and goes inwards equals a ray that starts a little before or
+/// behind it.
 #[test]
 fn a_ray_from_a_boundary_goes_into_its_medium() {
     let scene = graded_ball();
@@ -38,7 +39,8 @@ fn a_ray_from_a_boundary_goes_into_its_medium() {
     }
 }
 
-/// However far a ray starts, its points are finite, and what it has is not more than doubles can tell.
+/// However far away a ray starts, its points are finite, and its values have no more digits than
+/// doubles.
 #[test]
 fn rays_from_afar() {
     let scene = graded_ball();
@@ -58,7 +60,8 @@ fn rays_from_afar() {
     }
 }
 
-/// Where n² grows evenly along z, v_x and v_y are conserved, whatever the length at which a ray is cut.
+/// If n² grows linearly along z, v_x and v_y are conserved, whatever the length at which a ray is
+/// cut.
 #[test]
 fn rays_that_end_at_a_length_have_the_direction_of_their_field() {
     let field = LinearSquare::new(1.5, DVec3::Z * 0.2, DVec3::ZERO).unwrap();
@@ -72,7 +75,7 @@ fn rays_that_end_at_a_length_have_the_direction_of_their_field() {
         for _ in 0..300 {
             let x = 0.5 * DVec3::from_array(rng.direction());
             let direction = DVec3::from_array(rng.direction());
-            // The length of a direction does not matter.
+            // The length of the direction does not matter.
             let alone = follow_field(&field, scene.tolerance(), x, 3.0 * direction, length, None);
             for path in [alone, tracer.follow(x, 0.5 * direction)] {
                 assert_eq!(path.ending, TraceEnding::Length);
@@ -90,7 +93,7 @@ fn rays_that_end_at_a_length_have_the_direction_of_their_field() {
     }
 }
 
-/// A ray of no length ends where it starts; one without end goes on as far as it may.
+/// A ray of length zero ends at its start. A ray without an end continues to the limit.
 #[test]
 fn lengths_that_are_no_lengths() {
     let ball = container(Sphere::around(DVec3::ZERO, 1.0).unwrap(), Bsdf::Null);
@@ -122,7 +125,8 @@ fn lengths_that_are_no_lengths() {
     assert!(path.points.iter().all(|p| p.x.is_finite()));
 }
 
-/// What is far away does not change how a ball refracts: rays start close enough to its surface.
+/// Distant objects do not change the refraction by a ball, because the offset of rays from its
+/// surface stays small.
 #[test]
 fn refraction_does_not_depend_on_the_extent_of_the_scene() {
     let end = |far: f64| {
@@ -134,7 +138,7 @@ fn refraction_does_not_depend_on_the_extent_of_the_scene() {
         let path = Tracer::new(&scene, None).follow(DVec3::new(0.6, 0.0, -3.0), DVec3::Z);
         path.points.last().unwrap().direction
     };
-    // Twice refracted by asin(0.6) − asin(0.4).
+    // The ray is refracted twice, by asin(0.6) − asin(0.4) each.
     let angle = 2.0 * (0.6_f64.asin() - 0.4_f64.asin());
     let exact = DVec3::new(-angle.sin(), 0.0, angle.cos());
     for (far, bound) in [(3.0, 1e-11), (1e3, 1e-8), (1e5, 1e-6)] {

@@ -1,4 +1,5 @@
-//! Random walks are watched without being changed, divided without bias, and cut where paths are too long.
+//! Random walks: observers do not change them, splitting is unbiased, and walks end where paths
+//! become too long.
 //!
 //! Tests that compare distributions fail by chance about once in 10⁴ runs.
 
@@ -20,7 +21,7 @@ const SIGMA_T: f64 = 4.0;
 const ALBEDO: f64 = 0.75;
 const INDEX: f64 = 1.25;
 
-/// What was seen of a walk: depth, throughput and optical length at each vertex, and how often it was cut.
+/// Log of a walk: depth, throughput and optical length at each vertex, and the number of cuts.
 #[derive(Debug, Default, PartialEq)]
 struct Log {
     vertices: Vec<(u32, f64, f64)>,
@@ -39,7 +40,7 @@ impl Observer for Log {
     }
 }
 
-/// Divides every ray into so many.
+/// Splits every ray into this number of copies.
 struct Copies(usize);
 
 impl Survival for Copies {
@@ -49,7 +50,7 @@ impl Survival for Copies {
     }
 }
 
-/// A medium that nothing leaves.
+/// A medium that no light leaves.
 fn scene() -> Scene {
     let medium = fog(Constant::new(INDEX), SIGMA_T, ALBEDO, 0.0);
     let ball = container(Sphere::around(DVec3::ZERO, 1e3).unwrap(), Bsdf::Null);
@@ -57,7 +58,7 @@ fn scene() -> Scene {
     Scene::new(parts(vec![ball], vec![vacuum(), medium], vec![], view)).unwrap()
 }
 
-/// A walk of power 1 of at most so many edges.
+/// A walk of power 1 with a maximum number of edges.
 fn walk(scene: &Scene, observer: &mut impl Observer, copies: usize, (depth, seed): (u32, u64)) {
     let one = Spectrum([1.0, 0.0, 0.0, 0.0]);
     let walk = RandomWalk {
@@ -79,7 +80,7 @@ fn walk(scene: &Scene, observer: &mut impl Observer, copies: usize, (depth, seed
     walk.run(ray, observer, &mut Copies(copies), &mut sampler, &mut ws);
 }
 
-/// The first vertex lies at an optical length n s of which ∫σ_t ds is exponential.
+/// The first vertex lies at an optical length n s whose ∫σ_t ds is exponentially distributed.
 #[test]
 fn free_flights_are_exponential() {
     let scene = scene();
@@ -92,7 +93,7 @@ fn free_flights_are_exponential() {
     let sums = (0..count)
         .map(length)
         .fold([0.0; 2], |[a, b], s| [a + s, b + s * s]);
-    // Means 1 and 2, variances 1 and 20.
+    // Expect means 1 and 2, variances 1 and 20.
     let [mean, square] = sums.map(|sum| sum / f64::from(count as u32));
     let z = |value: f64, exact: f64, variance: f64| {
         (value - exact) / (variance / f64::from(count as u32)).sqrt()
@@ -100,7 +101,8 @@ fn free_flights_are_exponential() {
     max_abs_z(&[z(mean, 1.0, 1.0), z(square, 2.0, 20.0)], 1e-4).unwrap();
 }
 
-/// A walk that is divided in two at each vertex has 2^k vertices after k + 1 edges, which together carry what one would.
+/// A walk that is split in two at each vertex has 2^k vertices after k + 1 edges. Together they
+/// carry the power of an unsplit walk.
 #[test]
 fn divided_walks_carry_what_one_does() {
     let (scene, most) = (scene(), 6);
@@ -116,7 +118,7 @@ fn divided_walks_carry_what_one_does() {
     assert_eq!(log.cuts, 1 << most);
 }
 
-/// Observers do not change a walk, and the energy balance of one has it all.
+/// Observers do not change a walk, and the energy balance contains all of its power.
 #[test]
 fn walks_do_not_depend_on_who_is_watching() {
     let scene = scene();

@@ -1,4 +1,4 @@
-//! Scenes in which pairs of points are connected by several rays, and light that only connections find.
+//! Scenes in which several rays connect a pair of points, and light that only connections find.
 
 use crate::agreement::RATE;
 use crate::agreement::case::{acoustic, diffuse, facing};
@@ -24,7 +24,7 @@ fn view(from: DVec3, toward: DVec3, fov: f64) -> Sensor {
     Sensor::Perspective(Perspective::new(to_world, fov.to_radians(), 1.0))
 }
 
-/// An emitter of some size that shines along −z: no caustic is sharp in its light.
+/// Adds an extended emitter that shines along −z, so that its light makes no sharp caustics.
 fn lit_from(parts: &mut Parts, position: DVec3, half: f64) {
     let to_world = facing(position, -DVec3::Z, half);
     let mut light = diffuse(Rectangle::new(to_world).unwrap());
@@ -79,8 +79,8 @@ fn check(name: &str, parts: &Parts, seed: u64, effort: Effort, particles: bool) 
     row
 }
 
-/// A screen behind a strong lens: a point emitter lights it along up to three rays, and the camera looks at
-/// it along as many.
+/// A screen behind a strong lens. A point emitter lights it along up to three rays, and the camera
+/// sees it along as many.
 fn behind_a_lens() -> Parts {
     let lens = Gaussian::new(1.0, 0.5, DVec3::ZERO, 0.3).unwrap();
     let ball = Sphere::around(DVec3::ZERO, 1.2).unwrap();
@@ -91,7 +91,7 @@ fn behind_a_lens() -> Parts {
     parts
 }
 
-/// Thin fog in more than a pitch of a graded rod, lit by an emitter at its end.
+/// Thin fog in a graded rod longer than a pitch, lit by an emitter at its end.
 fn rod() -> Parts {
     let index = || Selfoc::new(1.5, 0.8, DVec3::ZERO, DVec3::Z).unwrap();
     let shape = Cylinder::between(DVec3::ZERO, DVec3::Z * 9.0, 0.6, true).unwrap();
@@ -102,7 +102,7 @@ fn rod() -> Parts {
     parts
 }
 
-/// Fog in a standing wave of sound with a beam through it.
+/// Fog in a standing sound wave, with a beam through it.
 fn sound() -> Parts {
     let shape = Cube::new(DAffine3::from_mat3(DMat3::from_diagonal(DVec3::new(
         2.0, 1.0, 1.0,
@@ -120,8 +120,9 @@ fn sound() -> Parts {
     parts
 }
 
-/// A screen behind a glass ball, lit and seen past and through it. Particles that reach the screen through
-/// the ball are few and bright: at this effort their mean is not normal, and they are left out.
+/// A screen behind a glass ball, lit and seen past the ball and through it. The test leaves out
+/// particles: few of them reach the screen through the ball, and these are bright, so that their
+/// mean is not normal at this effort.
 fn glass_ball() -> Parts {
     let ball = Sphere::around(DVec3::ZERO, 1.0).unwrap();
     let mut parts = scene(ball, Constant::new(1.5), 1.0);
@@ -132,8 +133,9 @@ fn glass_ball() -> Parts {
     parts
 }
 
-/// The emitter's image in the ball: the ray from the camera that finds it passes close by the emitter before it
-/// is reflected, and searches go for the closest of all approaches, so they rarely get to the second one.
+/// The emitter's mirror image in the ball. The ray from the camera that finds the image passes
+/// close to the emitter before it is reflected. Searches choose the closest approach, so they
+/// rarely reach the second one.
 #[test]
 fn a_light_is_mirrored_in_a_glass_ball() {
     let mut parts = glass_ball();
@@ -142,8 +144,8 @@ fn a_light_is_mirrored_in_a_glass_ball() {
     judge(&[row], &[], RATE).unwrap();
 }
 
-/// Connections that leave out all but one ray, or that have 1/d² for their geometry term, fail this test
-/// (`scripts/planted.py`): `path` finds the light of a delta emitter by them alone.
+/// Connections that omit all rays except one, or that use 1/d² as geometry term, fail this test
+/// (`scripts/planted.py`): `path` finds the light of a delta emitter by connections alone.
 #[test]
 fn estimators_agree_on_all_branches() {
     let lens = behind_a_lens();

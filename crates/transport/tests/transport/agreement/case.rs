@@ -1,4 +1,4 @@
-//! The factors of the matrix, and the scene of each of their combinations.
+//! The factors of the matrix, and the scene of each combination.
 
 use crate::agreement::compare::Effort;
 use crate::common::{container, glass, sky, vacuum};
@@ -39,24 +39,24 @@ factor! {
     }
 }
 factor! {
-    /// What shines on it.
+    /// Emitter of the scene.
     Light { Point, Area, Beam, Sky, SkyImage, Spot, Directional }
 }
 factor! {
-    /// What is in it: fog that scatters evenly or forwards, with or without variation in space, or
-    /// nothing but a small white ball.
+    /// Contents of the ball: fog that scatters isotropically or forwards, homogeneous or not, or
+    /// only a small white ball.
     Matter { Fog, Forward, Cloud, ForwardCloud, Ball }
 }
 factor! {
-    /// Its wall.
+    /// Wall of the ball.
     Wall { Matched, Glass }
 }
 factor! {
-    /// Who looks at it, from where.
+    /// Sensor and its place.
     View { Pinhole, Lens, Parallel, PinholeInside }
 }
 
-/// One scene of the matrix.
+/// A scene of the matrix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Case {
     pub index: Index,
@@ -67,12 +67,13 @@ pub struct Case {
 }
 
 impl Case {
-    /// The effort that `particle` takes here where the others take `effort`, if it is compared at all.
+    /// Effort for `particle` where the other estimators use `effort`; `None` if it is not compared.
     ///
-    /// Where light reaches the sensor's neighbourhood inside fog, a particle that is scattered close to a
-    /// pinhole is worth 1/r², whose variance is infinite. Fog that scatters forwards sends few particles to
-    /// the sensor (a lobe of g = 0.9 covers 1/400 of all directions), so that the effort of others would
-    /// leave a batch without any of those that carry the light, and its mean far from normal.
+    /// Where light reaches the surroundings of the sensor inside fog, a particle that is scattered
+    /// close to a pinhole contributes 1/r², which has infinite variance. Fog that scatters forwards
+    /// sends few particles to the sensor: a lobe of g = 0.9 covers 1/400 of all directions. At the
+    /// effort of the others, a batch could lack all of the particles that carry the light, and its
+    /// mean would be far from normal.
     pub fn particle_effort(&self, effort: Effort) -> Option<Effort> {
         if self.view == View::PinholeInside && self.matter != Matter::Ball {
             return None;
@@ -115,7 +116,7 @@ impl Case {
                 window: None,
             },
             tolerance: Tolerance::new(1e-6),
-            // What is reflected more often at a wall of index 1.3 is below a thousandth.
+            // Light with more reflections at a wall of index 1.3 is below a thousandth.
             measured: eikonal::Aabb::EMPTY,
             reflections: match self.wall {
                 Wall::Matched => 0,
@@ -146,7 +147,7 @@ impl Case {
     }
 
     fn emitter(&self, objects: &mut Vec<Object>) -> Emitter {
-        // Fog that scatters forwards is lit from behind: few paths turn around in it.
+        // Light fog that scatters forwards from behind, because few paths turn around in it.
         let light = DVec3::new(1.2, 1.4, if self.scatters_forward() { -2.0 } else { 1.6 });
         let down = -light.normalize();
         match self.light {
@@ -205,9 +206,10 @@ impl Case {
 }
 
 impl Index {
-    /// Behind a matched wall the indices are near those of the vacuum around, where the field allows
-    /// it; behind glass they are larger. No field focuses parallel light inside the ball: near a focus in
-    /// fog, connections of one kind have infinite variance (strong lenses are in [`crate::branches`]).
+    /// Index of the ball. Behind a matched wall the indices are close to those of the surrounding
+    /// vacuum, where the type of field allows it; behind glass they are larger. No field focuses
+    /// parallel light inside the ball: near a focus in fog, one kind of connections has infinite
+    /// variance (strong lenses are in [`crate::branches`]).
     pub fn field(self, wall: Wall) -> Field {
         let glass = wall == Wall::Glass;
         let n = if glass { 1.3 } else { 1.05 };
@@ -254,7 +256,7 @@ pub fn diffuse(shape: impl Into<morgana_transport::shape::Shape>) -> Object {
     }
 }
 
-/// Local z along `direction`, scaled.
+/// Returns a map whose local z axis points along `direction`, scaled.
 pub fn facing(position: DVec3, direction: DVec3, scale: f64) -> DAffine3 {
     let left = DVec3::Y.cross(direction).normalize();
     let basis = DMat3::from_cols(left, direction.cross(left), direction);

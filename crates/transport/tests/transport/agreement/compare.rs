@@ -1,8 +1,8 @@
-//! Renders of one scene by several estimators, compared.
+//! Comparison of renders of one scene by several estimators.
 //!
-//! A splatting estimator's pixels depend on one another, so errors are not taken from the film: every
-//! estimator renders a number of batches of independent seeds, and what is compared are the batches' means
-//! over the image and over its four quarters, by Welch's t-test.
+//! Pixels of a splatting estimator are correlated, so that errors cannot be taken from the film.
+//! Every estimator renders batches of independent seeds. Welch's t-test compares the batches' means
+//! over the image and over its four quarters.
 
 use crate::agreement::pooled::Pooled;
 use crate::common::{path_tracer, shoot_by};
@@ -14,23 +14,24 @@ use testkit::{Family, sidak};
 
 /// The whole image and its quarters.
 pub const AREAS: usize = 5;
-/// Round-off of rays and solver: relative differences below this are none.
+/// Relative differences below this are round-off of rays and solver, and do not count.
 pub const ROUND_OFF: f64 = 1e-5;
 
-/// How much is sampled.
+/// Effort of a comparison.
 #[derive(Clone, Copy)]
 pub struct Effort {
-    /// Independent batches of each estimator.
+    /// Number of independent batches per estimator.
     pub batches: u64,
-    /// Evaluations of the index, edges and connections in all batches together, which is what takes time.
+    /// Evaluations of the index, edges and connections in all batches together; they determine the
+    /// time.
     pub work: u64,
 }
 
-/// Samples of the render that finds out how much work one is.
+/// Samples of the render that measures the work per sample.
 const PROBE: u64 = 4;
 
 impl Effort {
-    /// As many batches, each `factor` times as large.
+    /// Returns the effort for equally many batches that are `factor` times as large.
     pub fn times(self, factor: u64) -> Self {
         Effort {
             work: self.work * factor,
@@ -38,7 +39,8 @@ impl Effort {
         }
     }
 
-    /// Samples per pixel of a batch. Counts, and not times, decide: the same on every machine.
+    /// Samples per pixel of a batch. They follow from counts, not times, and are therefore equal on
+    /// every machine.
     fn samples(&self, integrator: Integrator, parts: &Parts) -> u64 {
         let stats = shoot_by(integrator, parts.clone(), PROBE, u64::MAX).stats;
         let events = stats.edges + stats.connections.attempts + stats.connections.trials;
@@ -47,15 +49,15 @@ impl Effort {
     }
 }
 
-/// Means of one estimator: for each area, one per batch.
+/// Means of one estimator: one mean per batch, for each area.
 pub type Means = [Vec<f64>; AREAS];
 
-/// What a comparison found.
+/// Result of a comparison.
 pub struct Row {
     pub name: String,
     /// Means over the image, with standard errors: path, particle, bdpt.
     pub image: [Option<(f64, f64)>; 3],
-    /// Of path and particle each against bdpt.
+    /// Names and p-values: path against bdpt, and particle against bdpt.
     pub p_values: Vec<(String, f64)>,
     /// Error of the difference path − bdpt, relative to the mean.
     pub error: f64,
@@ -141,7 +143,7 @@ pub fn compare(
     }
 }
 
-/// A family of comparisons judged together.
+/// Judges all comparisons as one family at a false-alarm rate.
 pub fn judge(rows: &[Row], pooled: &[Pooled], rate: f64) -> Result<(), String> {
     let mut family = Family::new(rate);
     for (name, p) in rows.iter().flat_map(|r| &r.p_values) {
@@ -153,14 +155,14 @@ pub fn judge(rows: &[Row], pooled: &[Pooled], rate: f64) -> Result<(), String> {
     family.check()
 }
 
-/// The smallest relative deviation of an image's mean that is found with a probability of 95 % in a family
-/// of so many comparisons.
+/// Smallest relative deviation of an image's mean that a family of `comparisons` comparisons finds
+/// with a probability of 95 %.
 pub fn detectable(row: &Row, comparisons: usize, rate: f64, effort: Effort) -> f64 {
     let freedom = (effort.batches - 1) as f64;
     (critical_t(sidak(rate, comparisons), freedom) + critical_t(0.1, freedom)) * row.error
 }
 
-/// One line per row.
+/// Formats a table with one line per row.
 pub fn table(rows: &[Row], rate: f64, effort: Effort) -> String {
     let comparisons = rows.iter().map(|r| r.p_values.len()).sum();
     let mut out = String::from(

@@ -1,9 +1,9 @@
-//! All scenes, and the few that are always rendered.
+//! All scenes of the matrix, and the few that are always rendered.
 
 use crate::agreement::case::{Case, Index, Light, Matter, View, Wall};
 use std::collections::HashSet;
 
-/// Every index with every light and every matter; walls and views take turns.
+/// Every combination of index, light and matter; walls and views alternate.
 pub fn whole() -> Vec<Case> {
     let mut cases = Vec::new();
     for (i, &index) in Index::ALL.iter().enumerate() {
@@ -22,7 +22,7 @@ pub fn whole() -> Vec<Case> {
     cases
 }
 
-/// Levels of a case's factors. Those of one name belong to different factors.
+/// Levels of a case's factors. Equal names belong to different factors.
 pub fn levels(case: &Case) -> [String; 5] {
     [
         format!("index {:?}", case.index),
@@ -45,8 +45,8 @@ pub fn pairs(case: &Case) -> Vec<String> {
     pairs
 }
 
-/// One case for each index, and for each light that has not come up by then, chosen for the pairs that they
-/// show together.
+/// Selects one case for each index, and one for each light that is still missing. Each case adds as
+/// many new pairs of levels as possible.
 pub fn covering() -> Vec<Case> {
     let mut seen = HashSet::new();
     let mut chosen: Vec<Case> = Vec::new();

@@ -1,14 +1,14 @@
-//! Estimators against one another (docs/theory.md#estimators): they share a scene, and little else.
+//! Agreement of estimators (docs/theory.md#estimators). They share a scene and little else.
 //!
-//! The path tracer finds light from the sensor, the particle tracer finds the sensor from the light, and
-//! bidirectional path tracing weighs both with all that lies between. A geometry term, a density, a
-//! factor of an index or a branch that one of them has wrong shows as a difference of means.
+//! The path tracer starts from the sensor, the particle tracer from the light, and bidirectional
+//! path tracing weighs both with all strategies between. An error of one estimator in a geometry
+//! term, a density, a factor of an index or a branch shows as a difference of means.
 //!
 //! False-alarm rate: 1e-3 for each of the tests below, over all its comparisons, with fixed seeds.
 //!
-//! The whole matrix, with its table in `docs/agreement.md` (without `MORGANA_LONG_TESTS`: the few scenes that
-//! are always rendered):
-//! `MORGANA_LONG_TESTS=1 MORGANA_WRITE_DOCS=1 cargo test --release -p morgana-transport --test transport agreement`
+//! The whole matrix, with its table in `docs/agreement.md` (without `MORGANA_LONG_TESTS`: the few
+//! scenes that are always rendered): `MORGANA_LONG_TESTS=1 MORGANA_WRITE_DOCS=1 cargo test
+//! --release -p morgana-transport --test transport agreement`
 
 mod branches;
 mod case;
@@ -58,8 +58,8 @@ fn rows(cases: &[case::Case], effort: Effort) -> Vec<Row> {
         .collect()
 }
 
-/// One cheap scene, fit for finding planted errors: an emitter that only connections find, through a thin lens,
-/// with a reconstruction filter wider than a pixel.
+/// Compares estimators in one cheap scene that reveals planted errors: an emitter that only
+/// connections find, through a thin lens, with a reconstruction filter wider than a pixel.
 #[test]
 fn estimators_agree_quickly() {
     let effort = Effort {
@@ -108,7 +108,7 @@ fn estimators_agree() {
     judge(&rows, &pooled, RATE).unwrap();
 }
 
-/// Deviations pooled over all scenes, and over those of each level.
+/// Deviations pooled over all scenes, and over the scenes of each level.
 fn by_level(cases: &[case::Case], rows: &[Row]) -> Vec<Pooled> {
     let mut names: Vec<String> = Vec::new();
     for level in cases.iter().flat_map(levels) {
@@ -129,7 +129,7 @@ fn by_level(cases: &[case::Case], rows: &[Row]) -> Vec<Pooled> {
         .collect()
 }
 
-/// Every pair of levels of two factors is in the matrix, and every level in the few cases.
+/// The matrix contains every pair of levels of two factors, and the few cases contain every level.
 #[test]
 fn the_matrix_covers_all_pairs() {
     let all: HashSet<String> = whole().iter().flat_map(pairs).collect();
@@ -155,7 +155,7 @@ fn the_matrix_covers_all_pairs() {
     }
 }
 
-/// What the family as a whole says.
+/// Formats the result of the family as a whole.
 fn verdict(rows: &[Row], pooled: &[Pooled]) -> String {
     match judge(rows, pooled, RATE) {
         Ok(()) => "All of them agree.".into(),
@@ -166,7 +166,7 @@ fn verdict(rows: &[Row], pooled: &[Pooled]) -> String {
 fn document(rows: &[Row], pooled: &[Pooled], effort: Effort) -> String {
     let single = rows.iter().map(|r| r.p_values.len()).sum::<usize>();
     let comparisons = single + pooled.iter().flat_map(Pooled::p_values).count();
-    // What is found with a probability of 95 %.
+    // Deviation in standard errors that is found with a probability of 95 %.
     let sigmas = threshold(RATE, comparisons) + threshold(0.1, 1);
     let mut order: Vec<usize> = (0..rows.len()).collect();
     order.sort_by(|&a, &b| rows[b].error.total_cmp(&rows[a].error));

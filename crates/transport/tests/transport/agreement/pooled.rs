@@ -1,25 +1,25 @@
-//! Deviations pooled over scenes: what is too small to be seen in one of them.
+//! Deviations pooled over scenes, for errors too small to be seen in a single scene.
 //!
-//! A scene's relative deviation of `path` or `particle` from `bdpt` is averaged over all scenes that share a
-//! level of a factor, with weights that fall with its variance. An estimate of light that is low by chance
-//! has a low estimate of its variance too, so that weights taken from the same batches would favour it: the
-//! batches are split in two halves, each of which weighs the other.
+//! The relative deviation of `path` or `particle` from `bdpt` is averaged over all scenes that
+//! share a level of a factor, weighted by its inverse variance. An estimate that is low at random
+//! also has a low estimated variance, so that weights from the same batches would favour it. The
+//! batches are therefore split in two halves, and each half supplies the weights of the other.
 
 use crate::agreement::compare::Row;
 use testkit::batches::moments;
 use testkit::z_test::{p_value, z_score};
 
-/// Relative errors below this do not make a scene weigh more: no few scenes decide.
+/// Smallest relative error that enters a weight, so that a few scenes do not dominate the mean.
 const FINEST: f64 = 0.02;
 
 /// A mean deviation over scenes.
 pub struct Pooled {
-    /// What the scenes share.
+    /// Level that the scenes share.
     pub level: String,
     /// Number of scenes.
     pub scenes: usize,
-    /// Of path and of particle against bdpt: relative, with the standard error; `None` where the estimator
-    /// is left out of all scenes.
+    /// Relative deviations of path and of particle from bdpt, with standard errors; `None` if all
+    /// scenes omit the estimator.
     pub deviation: [Option<(f64, f64)>; 2],
 }
 
@@ -35,7 +35,7 @@ impl Pooled {
     }
 }
 
-/// Relative deviation of an estimator's batches from those of bdpt, and its variance.
+/// Returns the relative deviation of an estimator's batches from bdpt, and its variance.
 fn deviation(batches: &[f64], reference: &[f64]) -> (f64, f64) {
     let (a, b) = (moments(batches), moments(reference));
     let scale = 0.5 * (a.mean() + b.mean());
@@ -43,7 +43,7 @@ fn deviation(batches: &[f64], reference: &[f64]) -> (f64, f64) {
     ((a.mean() - b.mean()) / scale, variance / scale.powi(2))
 }
 
-/// The scenes whose levels include `level`.
+/// Pools the scenes whose levels include `level`.
 pub fn pool(level: &str, rows: &[&Row]) -> Pooled {
     let over = |estimator: usize| {
         let (mut sum, mut weights, mut variance) = (0.0, 0.0, 0.0);
@@ -71,7 +71,8 @@ pub fn pool(level: &str, rows: &[&Row]) -> Pooled {
     }
 }
 
-/// One line per level. `sigmas`: how many standard errors a deviation needs to be found.
+/// Formats a table with one line per level. `sigmas` is the deviation in standard errors that is
+/// found.
 pub fn table(pooled: &[Pooled], sigmas: f64) -> String {
     let mut out = String::from(
         "| scenes with | number | path − bdpt | particle − bdpt | detectable, path | particle |\n\

@@ -1,5 +1,5 @@
-//! Meshes that are shaded by the normals of their vertices (docs/theory.md#shading-normals): estimators from the sensor and from the
-//! emitters agree only if the latter correct for normals that are not those of the surface.
+//! Meshes shaded by the normals of their vertices (docs/theory.md#shading-normals). Estimators from
+//! the sensor and from the emitters agree only if the latter correct for shading normals.
 
 use crate::agreement::case::{Index, facing};
 use crate::agreement::surfaces::{check, lit, object};
@@ -15,7 +15,8 @@ use morgana_transport::shape::{Mesh, Shape, Sphere};
 use morgana_transport::texture::{Bitmap, BitmapFilter, Texture, Wrap};
 use std::sync::Arc;
 
-/// A square about `center` that faces `normal`, and is shaded by normals that lean towards `lean`, each corner its own way.
+/// A square about `center` that faces `normal`, with shading normals that lean towards `lean`, each
+/// corner differently.
 fn leaning(center: DVec3, normal: DVec3, half: f64, lean: DVec3) -> Shape {
     let place = facing(center, normal.normalize(), half);
     let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
@@ -47,7 +48,8 @@ fn mirror() -> Bsdf {
     Bsdf::Conductor(Conductor::new(Spectrum::ZERO, Spectrum::ONE, Spectrum::splat(0.9)).unwrap())
 }
 
-/// A wall in view and a floor in front of it, each shaded by normals that lean, and an emitter to one side; perhaps in fog.
+/// A visible wall and a floor in front of it, each with leaning shading normals, and an emitter to
+/// one side; optionally in fog.
 fn corner(wall: Bsdf, floor: Bsdf, fog: Option<Index>) -> Parts {
     let mut objects = Vec::new();
     if fog.is_some() {
@@ -113,11 +115,13 @@ fn rough_glass() {
     let mut scene = corner(white(0.9), white(0.5), Some(Index::Constant));
     let ball = crude_ball(DVec3::new(0.0, 0.1, 0.8), 0.6);
     scene.objects[0] = container(ball, Bsdf::RoughDielectric(glass));
-    // Not by particles: connections to the camera through facets have a few large values, and an error of 10 %.
+    // Leave out particles: their connections to the camera through facets have a few large values,
+    // and an error of 10 %.
     check("leaning glass", &scene, 7104, false);
 }
 
-/// Bumps on the wall, and on the floor normals that a map turns, some so far that they face away from what is seen.
+/// Tests a bump-mapped wall and a normal-mapped floor. Some normals of the floor face away from the
+/// visible side.
 #[test]
 fn maps() {
     let wave = |i: usize, a: f64| (a * i as f64).sin();
@@ -147,7 +151,7 @@ fn maps() {
     let diffuse = corner(mapped(&bumps, white(0.9)), mapped(&normals, metal()), None);
     check("maps", &diffuse, 7106, true);
     let mirror = corner(mapped(&bumps, white(0.9)), mapped(&normals, mirror()), None);
-    // Particles find no views in mirrors.
+    // Particles cannot be seen in mirrors.
     check("mapped mirror", &mirror, 7107, false);
 }
 

@@ -1,5 +1,6 @@
-//! A block of index 1.3 whose faces are one cell of a grid, in fog, with an emitter outside: most of what connects points across the step is
-//! found from the shortest path, and the rest at random.
+//! A block of index 1.3 in fog, whose faces are one grid cell wide, with an emitter outside. The
+//! shortest path finds most rays that connect points across the step; the random search finds the
+//! rest.
 
 use crate::agreement::case::diffuse;
 use crate::agreement::compare::{Effort, compare, judge, table};
@@ -18,7 +19,7 @@ use std::f64::consts::PI;
 /// Samples along each axis.
 const SIZE: usize = 24;
 
-/// An emitter outside of the fog: a point, or a ball of a radius around it.
+/// Emitter outside the fog: a point, or a ball of a given radius.
 enum Light {
     Point,
     Ball(f64),
@@ -76,8 +77,9 @@ fn estimators_agree_in_a_steep_grid() {
     agree("steep", &Light::Point, work);
 }
 
-/// Edges of shadows and caustics of a point make tails of 1/J so heavy that means of a hundred times the samples are not normal: the
-/// largest sample of `path` holds half of the scatter. Light from a ball is found by chance, too, which bounds them.
+/// Light from a ball is found by hits, too, which bounds the tails of 1/J at edges of shadows and
+/// caustics. For a point light these tails are so heavy that means of a hundred times the samples
+/// are not normal: the largest sample of `path` holds half of the scatter.
 #[test]
 fn estimators_agree_in_a_steep_grid_lit_by_a_ball() {
     let work = if long() { 300_000_000 } else { 200_000 };

@@ -44,7 +44,8 @@ pub fn object(shape: impl Into<Shape>, bsdf: Bsdf) -> Object {
     }
 }
 
-/// With an emitter that shines on the middle, seen by a camera; fog of some index where there is a container.
+/// Adds an emitter that shines on the middle and a camera, and fog of some index if there is a
+/// container.
 pub fn lit(mut objects: Vec<Object>, light: DVec3, half: f64, fog_index: Index) -> Parts {
     let mut black = diffuse(Rectangle::new(facing(light, -light.normalize(), half)).unwrap());
     black.emitter = Some(0);
@@ -60,7 +61,8 @@ pub fn lit(mut objects: Vec<Object>, light: DVec3, half: f64, fog_index: Index) 
     parts(objects, vec![vacuum(), medium], vec![emitter], sensor)
 }
 
-/// Light and views go through a disk with holes inside a ball of thin fog that bends them.
+/// A disk with holes inside a ball of thin fog that bends rays. Both light and views pass the
+/// holes.
 fn cutouts() -> Parts {
     let floor = facing(DVec3::new(0.0, 0.0, -0.5), DVec3::Z, 1.4);
     let behind = Bsdf::Diffuse(Diffuse::new(image()).unwrap());
@@ -88,8 +90,8 @@ fn cutouts() -> Parts {
     lit(objects, DVec3::new(0.7, 1.5, 1.4), 0.3, Index::Linear)
 }
 
-/// A ball of plastic and one of a half mirror between a wall and a floor that is mostly a mirror, behind a
-/// pane: mirrors that connections do not follow, but chance does.
+/// A ball of plastic and one of a half mirror between a wall and a floor that is mostly a mirror,
+/// behind a pane. Connections do not follow these mirrors, but random walks do.
 fn coats() -> Parts {
     let floor = facing(
         DVec3::new(0.0, -0.6, 0.0),
@@ -125,8 +127,8 @@ fn coats() -> Parts {
     lit(objects, DVec3::new(0.2, 1.3, 0.8), 0.7, Index::Constant)
 }
 
-/// A wall that is lit by way of a floor that is partly a mirror: light that is reflected there as by a mirror is
-/// found from either end, but by no connection.
+/// A wall lit by a floor that is partly a mirror. Random walks from either end find the mirrored
+/// light; no connection does.
 fn mirrored() -> Parts {
     let tint = checked(0.9, 1.0);
     let mirror = Conductor::new(Spectrum::ZERO, Spectrum::ONE, tint).unwrap();
@@ -138,7 +140,7 @@ fn mirrored() -> Parts {
         diffuse(Rectangle::new(wall).unwrap()),
         object(Rectangle::new(floor).unwrap(), Bsdf::Blend(blend)),
     ];
-    // The emitter shines from beside the camera towards the floor, hardly on the wall.
+    // Let the emitter shine from beside the camera towards the floor, hardly on the wall.
     let mut parts = lit(objects, DVec3::new(0.0, 1.2, 1.2), 0.6, Index::Constant);
     let down = facing(
         DVec3::new(0.0, 1.2, 1.2),
@@ -149,7 +151,7 @@ fn mirrored() -> Parts {
     parts
 }
 
-/// Light and views go through the holes of a shell around fog, and through a pane before it.
+/// A shell with holes around fog, and a pane in front of it. Light and views pass both.
 fn shell(fog_index: Index) -> Parts {
     let floor = facing(DVec3::new(0.0, 0.0, -0.5), DVec3::Z, 1.4);
     let chalk = || Bsdf::Diffuse(Diffuse::new(image()).unwrap());
@@ -174,7 +176,7 @@ fn bulb(fog_index: Index) -> Parts {
     lit(objects, DVec3::new(0.7, 1.5, 1.4), 0.3, fog_index)
 }
 
-/// A ball with a picture and a checkered emitter shine through a ball of thin fog.
+/// A ball with an image texture and a checkered emitter, seen through a ball of thin fog.
 fn pictures(fog_index: Index) -> Parts {
     let floor = facing(DVec3::new(0.0, 0.0, -0.5), DVec3::Z, 1.4);
     let objects = vec![
@@ -215,12 +217,13 @@ fn masks_and_panes_between_media() {
 #[test]
 fn shining_pictures() {
     check("pictures", &pictures(Index::Constant), 7003, true);
-    // Not by particles where fog bends light: connections to the camera pass near caustics, where 1/J has no variance. Of 300 000
-    // samples the largest holds 45 % of the scatter, in fog of constant index 0.02 %.
+    // Leave out particles where fog bends light: connections to the camera pass near caustics,
+    // where 1/J has infinite variance. Of 300 000 samples the largest holds 45 % of the scatter; in
+    // fog of constant index it holds 0.02 %.
     check("bent pictures", &pictures(Index::Linear), 7003, false);
 }
 
-/// Particles are connected to the sensor, and mirrors show it nothing of them.
+/// Particles are connected to the sensor; none of them is seen in a mirror.
 #[test]
 fn coats_and_panes() {
     check("coats", &coats(), 7001, false);

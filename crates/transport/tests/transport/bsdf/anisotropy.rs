@@ -1,5 +1,6 @@
-//! Facets that are rougher in one direction: against isotropic ones, turned tangents, and numbers computed with Mitsuba 3.9.1
-//! (`scalar_rgb`, single precision). Samplers and furnaces are in `sampling` and `physics`. Nothing here is random but directions.
+//! Anisotropic microfacets, compared with isotropic ones, with rotated tangents, and with numbers
+//! computed by Mitsuba 3.9.1 (`scalar_rgb`, single precision). Samplers and furnaces are in
+//! `sampling` and `physics`. Only directions are random here.
 
 use crate::bsdf::common::{
     NORMAL, anisotropic, at_cosine, brushed, coating, diffuse, ggx, glossy, mask, metal, plastic,
@@ -16,7 +17,7 @@ use morgana_transport::bsdf::{
 use morgana_transport::texture::Texture;
 use testkit::Rng;
 
-/// All surfaces of facets with a roughness in two directions.
+/// All microfacet surfaces with a roughness in two directions.
 fn faceted(facets: &Roughness) -> [Bsdf; 4] {
     [
         rough_dielectric(facets.clone()),
@@ -26,7 +27,7 @@ fn faceted(facets: &Roughness) -> [Bsdf; 4] {
     ]
 }
 
-/// Asserts that two surfaces scatter alike, each at a point of its own, but for a relative error.
+/// Asserts that two surfaces scatter alike to within a relative error, each at its own point.
 #[track_caller]
 fn alike([a, b]: [&Bsdf; 2], [s, t]: [&Surface; 2], tolerance: f64) {
     let mut rng = Rng::new(3);
@@ -56,7 +57,8 @@ fn equal_roughness_is_isotropic() {
     }
 }
 
-/// Textures of the same roughness, of which it is not known that they are.
+/// Two textures of equal roughness scatter isotropically, although the code does not know that they
+/// are equal.
 #[test]
 fn textures_of_equal_roughness_are_isotropic() {
     let s = surface(1.2, 1.5);
@@ -96,7 +98,8 @@ fn a_quarter_turn_of_the_tangents_swaps_the_two() {
     }
 }
 
-/// Slopes of Gaussian facets along a tangent have the variance α²/2; ends of the unit interval aside, a rule of midpoints gives it.
+/// Slopes of Gaussian facets along a tangent have the variance α²/2. A midpoint rule over the unit
+/// interval gives it, except for the ends of the interval.
 #[test]
 fn the_first_roughness_is_along_the_first_tangent() {
     let alphas = [0.1, 0.4];
@@ -116,7 +119,7 @@ fn the_first_roughness_is_along_the_first_tangent() {
     }
 }
 
-/// Facets behind lie as those in front do, seen through the surface.
+/// Facets on the back have the orientation of the front, seen through the surface.
 #[test]
 fn the_other_side_is_the_mirror_image() {
     let metal = rough_conductor(anisotropic(Ggx, [0.1, 0.5]));
@@ -166,7 +169,8 @@ fn coats_take_isotropic_facets_only() {
     assert_eq!(small, BsdfError::Alpha { value: 1e-5 });
 }
 
-/// Cosines and azimuths of `toward` and `direction`, the value in the first channels, and the density if it is comparable.
+/// Cosines and azimuths of `toward` and `direction`, the value in the first channels, and the
+/// density if it is comparable.
 type Row = ([f64; 4], [f64; 3], Option<f64>);
 
 fn at([cos, phi]: [f64; 2]) -> DVec3 {
@@ -174,7 +178,8 @@ fn at([cos, phi]: [f64; 2]) -> DVec3 {
     DVec3::new(sin * phi.cos(), sin * phi.sin(), cos)
 }
 
-/// Compares with Mitsuba's values at a point with tangents along x and y, times nᵢ²/nₒ² as values here are.
+/// Compares with Mitsuba's values at a point with tangents along x and y. Mitsuba's values are
+/// multiplied by nᵢ²/nₒ², by morgana's convention.
 #[track_caller]
 fn as_in_mitsuba(bsdf: &Bsdf, indices: [f64; 2], table: &[Row], tolerance: f64) {
     let [outer, inner] = indices;
@@ -200,7 +205,7 @@ fn as_in_mitsuba(bsdf: &Bsdf, indices: [f64; 2], table: &[Row], tolerance: f64) 
     }
 }
 
-/// Values of a metal with a white tint; that of [`metal`] is taken off.
+/// Returns the values of a metal with a white tint, without the tint of [`metal`].
 fn conductor(distribution: Distribution) -> Bsdf {
     let [eta, k, _] = metal();
     let facets = anisotropic(distribution, [0.1, 0.4]);
@@ -233,7 +238,7 @@ fn rough_conductors_are_those_of_mitsuba() {
         ),
     ];
     as_in_mitsuba(&conductor(Ggx), [1.0, 1.0], &table, 2e-5);
-    // Mitsuba's fit of G₁ is up to 0.35 % off.
+    // Mitsuba's fit of G₁ is off by up to 0.35 %.
     let table = [
         (
             [0.8, 0.4, 0.6, 3.4],
@@ -267,7 +272,7 @@ fn rough_dielectrics_are_those_of_mitsuba() {
     as_in_mitsuba(&bsdf, [1.0, 1.5], &table, 1e-4);
 }
 
-/// Of the coat alone: the base of [`polarized_plastic`] is the same.
+/// Compares only the coat; the base is the base of [`polarized_plastic`].
 #[test]
 fn polarized_plastic_is_that_of_mitsuba() {
     let table = [
@@ -286,7 +291,7 @@ fn polarized_plastic_is_that_of_mitsuba() {
     as_in_mitsuba(&bsdf, [1.0, 1.0], &table, 2e-5);
 }
 
-/// What [`principled_surfaces_are_those_of_mitsuba`] has in common.
+/// Parameters that the cases of [`principled_surfaces_are_those_of_mitsuba`] share.
 fn coloured(anisotropic: f64, metallic: f64) -> PrincipledParameters {
     let colour = Spectrum([0.9, 0.5, 0.1, 0.0]);
     PrincipledParameters {

@@ -9,10 +9,11 @@ use morgana_transport::bsdf::{
     RoughPlastic, Roughness, Surface, ThinDielectric, TwoSided,
 };
 
-/// A tilted unit normal: no axis of the world is special to the code.
+/// A tilted unit normal, which prevents special cases for the axes of the world.
 pub const NORMAL: DVec3 = DVec3::new(0.48, -0.6, 0.64);
 
-/// A surface between two indices, whose tangents lean and are neither of unit length nor at right angles.
+/// A surface between two indices, whose tangents lean, are not unit vectors, and are not at right
+/// angles.
 pub fn surface(n_outer: f64, n_inner: f64) -> Surface {
     Surface {
         tangents: [DVec3::new(0.5, 0.9, 0.2), DVec3::new(-1.0, 0.4, 1.1)],
@@ -20,7 +21,7 @@ pub fn surface(n_outer: f64, n_inner: f64) -> Surface {
     }
 }
 
-/// The unit vector at `cos` to the normal, in a fixed plane through it.
+/// Returns the unit vector at `cos` to the normal, in a fixed plane through the normal.
 pub fn at_cosine(cos: f64) -> DVec3 {
     let tangent = NORMAL.any_orthonormal_vector();
     cos * NORMAL + (1.0 - cos * cos).sqrt() * tangent
@@ -35,17 +36,17 @@ pub fn metal() -> [Spectrum; 3] {
     ]
 }
 
-/// GGX facets.
+/// Isotropic GGX facets.
 pub fn ggx(alpha: f64) -> Roughness {
     Roughness::new(Distribution::Ggx, alpha).unwrap()
 }
 
-/// Beckmann's facets.
+/// Isotropic Beckmann facets.
 pub fn beckmann(alpha: f64) -> Roughness {
     Roughness::new(Distribution::Beckmann, alpha).unwrap()
 }
 
-/// Facets that are rougher in one direction.
+/// Anisotropic facets.
 pub fn anisotropic(distribution: Distribution, alphas: [f64; 2]) -> Roughness {
     Roughness::anisotropic(distribution, alphas[0], alphas[1]).unwrap()
 }
@@ -79,13 +80,13 @@ pub fn rough_plastic(roughness: Roughness, lossless: bool, nonlinear: bool) -> B
     Bsdf::RoughPlastic(coated.unwrap())
 }
 
-/// Cavities of some roughness.
+/// A rough diffuse surface.
 pub fn rough_diffuse(alpha: f64, fast: bool) -> Bsdf {
     let colour = Spectrum([0.9, 0.5, 0.1, 1.0]);
     Bsdf::RoughDiffuse(RoughDiffuse::new(colour, alpha, fast).unwrap())
 }
 
-/// A glossy lobe over a base; together they reflect everything in one channel.
+/// A glossy lobe over a base; one channel reflects everything.
 pub fn glossy(lobe: GlossyLobe) -> Bsdf {
     let (diffuse, specular) = (
         Spectrum([0.6, 0.5, 0.1, 0.0]),
@@ -108,7 +109,7 @@ pub fn coating(roughness: Option<Roughness>, nested: Bsdf) -> Bsdf {
     Bsdf::Coating(Box::new(Coating::new(layer, nested).unwrap()))
 }
 
-/// A principled surface of the colour of [`plastic`].
+/// A principled surface with the colour of [`plastic`].
 pub fn principled(roughness: f64, metallic: f64, specular: f64) -> Bsdf {
     principled_of(PrincipledParameters {
         roughness: roughness.into(),
@@ -130,7 +131,7 @@ fn principled_of(parameters: PrincipledParameters) -> Bsdf {
     Bsdf::Principled(Box::new(Principled::new(parameters).unwrap()))
 }
 
-/// One that lets light through, too.
+/// A principled surface that transmits light.
 fn principled_glass() -> Bsdf {
     principled_of(PrincipledParameters {
         roughness: 0.6.into(),
@@ -141,7 +142,7 @@ fn principled_glass() -> Bsdf {
     })
 }
 
-/// One with all lobes that reflect.
+/// A principled surface with all reflecting lobes.
 fn principled_layers() -> Bsdf {
     principled_of(PrincipledParameters {
         metallic: 0.3.into(),
@@ -154,7 +155,7 @@ fn principled_layers() -> Bsdf {
     })
 }
 
-/// One whose facets are rougher in one direction.
+/// A principled surface with anisotropic facets.
 fn principled_brushed() -> Bsdf {
     principled_of(PrincipledParameters {
         metallic: 0.7.into(),
@@ -181,23 +182,23 @@ fn principled_sheet(anisotropic: f64) -> Bsdf {
     Bsdf::PrincipledThin(Box::new(sheet.unwrap()))
 }
 
-/// Facets over the base of [`plastic`], which light reaches without them.
+/// Plastic with facets over the base of [`plastic`]; light reaches the base without the facets.
 pub fn polarized_plastic(facets: Roughness) -> Bsdf {
     let base = Spectrum([0.9, 0.5, 0.1, 1.0]);
     Bsdf::PolarizedPlastic(PolarizedPlastic::new(facets, 1.5, base, Spectrum::ONE).unwrap())
 }
 
-/// A share of the second surface.
+/// A blend with the fraction `share` of the second surface.
 pub fn blend(share: f64, first: Bsdf, second: Bsdf) -> Bsdf {
     Bsdf::Blend(BlendBsdf::new(Spectrum::splat(share), first, second).unwrap())
 }
 
-/// A surface on either side.
+/// A surface with different front and back.
 pub fn two_sided(front: Bsdf, back: Bsdf) -> Bsdf {
     Bsdf::TwoSided(TwoSided::new(front, back).unwrap())
 }
 
-/// A surface that covers a share of its area.
+/// A mask that covers the fraction `opacity` of its area.
 pub fn mask(opacity: f64, nested: Bsdf) -> Bsdf {
     Bsdf::Mask(Mask::new(Spectrum::splat(opacity), nested).unwrap())
 }
@@ -207,12 +208,12 @@ pub fn pane() -> Bsdf {
     Bsdf::ThinDielectric(ThinDielectric::new(1.5, Spectrum::ONE, Spectrum::ONE).unwrap())
 }
 
-/// Whether a surface is black on the side away from its normal.
+/// True if a surface is black on the side away from its normal.
 pub fn is_one_sided(bsdf: &Bsdf) -> bool {
     bsdf.is_opaque() && !matches!(bsdf, Bsdf::TwoSided(_))
 }
 
-/// The delta BSDFs.
+/// All delta BSDFs.
 pub fn smooth() -> Vec<(&'static str, Bsdf)> {
     let [eta, k, tint] = metal();
     vec![
@@ -226,7 +227,8 @@ pub fn smooth() -> Vec<(&'static str, Bsdf)> {
     ]
 }
 
-/// The other BSDFs, some of which have mirror lobes besides, with the index pairs (outer, inner) to try them at.
+/// All other BSDFs, some with additional mirror lobes, each with pairs of indices (outer, inner)
+/// for the tests.
 pub fn spread() -> Vec<(String, Bsdf, Vec<[f64; 2]>)> {
     let mut cases = vec![(
         "diffuse".to_string(),
@@ -302,7 +304,7 @@ pub fn spread() -> Vec<(String, Bsdf, Vec<[f64; 2]>)> {
     cases
 }
 
-/// Those whose facets are rougher in one direction, as in [`spread`].
+/// The BSDFs of [`spread`] with anisotropic facets.
 pub fn brushed() -> Vec<(String, Bsdf, Vec<[f64; 2]>)> {
     let mut cases = Vec::new();
     for distribution in [Distribution::Ggx, Distribution::Beckmann] {

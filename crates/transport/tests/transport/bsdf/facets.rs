@@ -1,5 +1,5 @@
-//! Distributions of microfacets: against closed forms, their own integrals, and the inverse of their samplers.
-//! Nothing here is random.
+//! Distributions of microfacets, compared with closed forms, with their own integrals, and with the
+//! inverse of their samplers. Nothing here is random.
 
 use glam::DVec3;
 use morgana_transport::bsdf::Distribution::{Beckmann, Ggx};
@@ -24,7 +24,8 @@ fn at(cos: f64) -> DVec3 {
     DVec3::new((1.0 - cos * cos).sqrt(), 0.0, cos)
 }
 
-/// Roughness, cosine, D and Smith's G₁ of Beckmann's distribution: closed forms in 30 digits, by mpmath 1.3.
+/// Roughness, cosine, D and Smith's G₁ of Beckmann's distribution: closed forms in 30 digits, by
+/// mpmath 1.3.
 #[test]
 fn beckmann_values() {
     let table = [
@@ -45,7 +46,7 @@ fn beckmann_values() {
         let facets = facets(Beckmann, alpha);
         let ours = [facets.d(at(cos)), facets.g1(at(cos)), facets.g1(-at(cos))];
         for (ours, expected) in ours.into_iter().zip([d, g1, g1]) {
-            // The exponent of D is some hundreds in places.
+            // The exponent of D reaches several hundred.
             let error = (ours - expected).abs();
             assert!(
                 error <= 1e-12 * expected + 1e-200,
@@ -55,8 +56,8 @@ fn beckmann_values() {
     }
 }
 
-/// What defines D and G₁: facets cover the macroscopic area once, seen from above and, as far as they are
-/// visible, from any side. The integrand has a kink where facets turn away.
+/// D and G₁ fulfil their definitions: facets cover the macroscopic area once, seen from above and,
+/// as far as they are visible, from any side. The integrand has a kink where facets turn away.
 #[test]
 fn facets_cover_the_surface_once() {
     for distribution in [Beckmann, Ggx] {
@@ -64,7 +65,7 @@ fn facets_cover_the_surface_once() {
             let facets = facets(distribution, alpha);
             for cos in [1.0, 0.6, 0.1, 0.01] {
                 let o = at(cos);
-                // Over tanθ = α t/(1 − t), t in [0, 1), and half of the azimuths.
+                // Integrate over tanθ = α t/(1 − t), t in [0, 1), and half of the azimuths.
                 let projected = |[t, phi]: [f64; 2]| {
                     let tan = alpha * t / (1.0 - t);
                     let h = DVec3::new(tan * phi.cos(), tan * phi.sin(), 1.0).normalize();
@@ -87,8 +88,10 @@ fn facets_cover_the_surface_once() {
     }
 }
 
-/// D and Smith's G₁ of both distributions as published, by angles: for the isotropic one, with the roughness in the direction of
-/// the azimuth (Heitz, "Understanding the masking-shadowing function in microfacet-based BRDFs", JCGT 2014, §5.3 and §5.4).
+/// Compares D and Smith's G₁ of both distributions with the published formulas, in angles. These
+/// are the isotropic formulas with the roughness in the direction of the azimuth (Heitz,
+/// "Understanding the masking-shadowing function in microfacet-based BRDFs", JCGT 2014, §5.3 and
+/// §5.4).
 #[test]
 fn anisotropic_facets_as_published() {
     let [u, v]: [f64; 2] = [0.2, 0.7];
@@ -125,7 +128,7 @@ fn anisotropic_facets_as_published() {
     }
 }
 
-/// [`facets_cover_the_surface_once`] for facets that are rougher in one direction, seen from all around.
+/// Repeats [`facets_cover_the_surface_once`] for anisotropic facets, seen from all azimuths.
 #[test]
 fn anisotropic_facets_cover_the_surface_once() {
     let [u, v] = [0.15, 0.6];
@@ -135,7 +138,7 @@ fn anisotropic_facets_cover_the_surface_once() {
             let (cos, azimuth): (f64, f64) = (cos, azimuth);
             let sin = (1.0 - cos * cos).sqrt();
             let o = DVec3::new(sin * azimuth.cos(), sin * azimuth.sin(), cos);
-            // Over slopes (α_u s cosφ, α_v s sinφ) with s = t/(1 − t).
+            // Integrate over slopes (α_u s cosφ, α_v s sinφ) with s = t/(1 − t).
             let projected = |[t, phi]: [f64; 2]| {
                 let s = t / (1.0 - t);
                 let h = DVec3::new(u * s * phi.cos(), v * s * phi.sin(), 1.0).normalize();
@@ -153,8 +156,8 @@ fn anisotropic_facets_cover_the_surface_once() {
     }
 }
 
-/// The numbers that a Beckmann normal was made from are those shares of the visible facets whose slopes, towards
-/// the viewer and across, are below its own.
+/// The two random numbers of a sampled Beckmann normal are cumulative fractions of the visible
+/// facets: those whose slopes, towards the viewer and across, are below the slopes of the normal.
 #[test]
 fn beckmann_normals_give_their_numbers_back() {
     for alpha in [1e-3, 0.3, 1.0] {

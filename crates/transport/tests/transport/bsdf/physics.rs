@@ -1,6 +1,7 @@
 //! Reciprocity, energy, limits and conventions of the BSDFs.
 //!
-//! False alarms: 2e-4 for each of the two families and 1e-5 for the limits of small roughness (5σ). Seeds are fixed.
+//! False alarms: 2e-4 for each of the two families and 1e-5 for the limits of small roughness (5σ).
+//! Seeds are fixed.
 
 use crate::bsdf::common::{
     NORMAL, at_cosine, beckmann, blend, coating, diffuse, ggx, glossy, mask, metal, pane, plastic,
@@ -26,7 +27,7 @@ fn index(s: &Surface, d: DVec3) -> f64 {
     }
 }
 
-/// κ(a, b) = f̃(a ← b)/n_b², both cosines divided out.
+/// κ(a, b) = f̃(a ← b)/n_b², with both cosines divided out.
 fn kappa(bsdf: &Bsdf, s: &Surface, a: DVec3, b: DVec3) -> Spectrum {
     bsdf.eval(s, a, b) / (NORMAL.dot(b).abs() * index(s, b).powi(2))
 }
@@ -66,7 +67,7 @@ fn weights_never_exceed_one() {
     for (name, bsdf, pairs) in spread()
         .into_iter()
         .chain(smooth)
-        // Directions are not drawn exactly in proportion to what these reflect.
+        // These do not draw directions exactly in proportion to what they reflect.
         .filter(|c| {
             let inexact = [
                 "plastic",
@@ -93,7 +94,8 @@ fn weights_never_exceed_one() {
     }
 }
 
-/// Mean weight, which is ∫f̃|cosθ|: the albedo for light arriving backwards along `toward`.
+/// Mean weight of samples, which is ∫f̃|cosθ|: the albedo for light that arrives backwards along
+/// `toward`.
 fn albedo(bsdf: &Bsdf, s: &Surface, toward: DVec3, seed: u64) -> [Moments; 2] {
     let mut rng = Rng::new(seed);
     let mut parts = [Moments::default(); 2];
@@ -121,7 +123,7 @@ fn smooth_rough_surfaces_become_mirrors() {
         };
         let f = fresnel::dielectric(f64::abs(cos), near, far).reflectance;
         let [r, t] = albedo(&rough_dielectric(ggx(1e-3)), &s, at_cosine(cos), 11);
-        // 5 standard errors of 20,000 samples, plus terms of order α.
+        // Five standard errors of 20,000 samples, plus terms of order α.
         let tolerance = 5.0 * (f * (1.0 - f) / 2e4).sqrt() + 5e-3;
         assert!(
             (r.mean() - f).abs() < tolerance,
@@ -145,7 +147,8 @@ fn smooth_rough_surfaces_become_mirrors() {
     assert!((r.mean() - fresnel::conductor(0.4, eta[0] / 1.2, k[0] / 1.2)).abs() < 1e-3);
 }
 
-/// The directional albedo by quadrature of `eval` over cosines and angles, against the mean weight.
+/// The mean weight agrees with the directional albedo by quadrature of `eval` over cosines and
+/// azimuths.
 #[test]
 fn albedo_by_quadrature_equals_the_mean_weight() {
     let mut zs = Vec::new();
@@ -187,7 +190,7 @@ fn albedo_by_quadrature_equals_the_mean_weight() {
     z_test::max_abs_z(&zs, FALSE_ALARM).unwrap();
 }
 
-/// ∫ f̃ cosθ over directions, without what mirrors reflect.
+/// ∫ f̃ cosθ over directions, without mirror lobes.
 fn spread_albedo(bsdf: &Bsdf, cos: f64) -> f64 {
     let (s, toward) = (surface(1.0, 1.0), at_cosine(cos));
     let tangent = NORMAL.any_orthonormal_vector();
@@ -205,7 +208,7 @@ fn spread_albedo(bsdf: &Bsdf, cos: f64) -> f64 {
     testkit::quadrature::integrate_cell(&f, [0.0, 0.0], [1.0, tau], effort)
 }
 
-/// White surfaces in a white furnace.
+/// White surfaces conserve energy in a white furnace.
 #[test]
 fn glossy_surfaces_return_no_more_than_they_get() {
     let black = Spectrum::ZERO;
@@ -228,12 +231,13 @@ fn glossy_surfaces_return_no_more_than_they_get() {
             assert!(albedo <= 1.0 + 1e-4, "{name} at {cos}: {albedo}");
         }
     }
-    // What the lobe of Phong's model is normalised by, and that of Ward's about.
+    // Check the normalisation of Phong's lobe; Ward's is only approximate.
     let along = [20.0, 0.0].map(|e: f64| spread_albedo(&only(GlossyLobe::Phong(e.into())), 1.0));
     assert!(along.iter().all(|a| (a - 1.0).abs() < 1e-4), "{along:?}");
 }
 
-/// Albedos of white cavities, by NumPy from the published formulae on 2000 × 400 directions; some exceed 1, as the model does.
+/// Albedos of white rough diffuse surfaces, compared with NumPy, from the published formulae on
+/// 2000 × 400 directions. Some exceed 1, as in the model.
 #[test]
 fn cavities_as_published() {
     let white = |alpha: f64| Bsdf::RoughDiffuse(RoughDiffuse::new(1.0, alpha, false).unwrap());
@@ -252,7 +256,8 @@ fn cavities_as_published() {
     }
 }
 
-/// A smooth layer over a diffuse base lets out 1 − F̄ of what the base sends back, which is what got in through it over η².
+/// A smooth layer over a diffuse base transmits 1 − F̄ of the light from the base. This is the
+/// light that entered the layer, over η².
 #[test]
 fn smooth_coatings_let_out_what_fresnel_says() {
     let mut zs = Vec::new();
@@ -280,7 +285,8 @@ fn fresnel_dielectric_facts() {
     assert_eq!(f(0.0, 1.4, 1.4), 0.0);
     assert_eq!(f(0.0, 1.0, 1.5), 1.0);
     assert_eq!(f(0.5, 1.5, 1.0), 1.0);
-    // Brewster's angle: the parallel part vanishes, the other is ((n² − 1)/(n² + 1))².
+    // At Brewster's angle the parallel reflectance vanishes, and the perpendicular one is ((n² −
+    // 1)/(n² + 1))².
     let brewster = 1.0 / (1.0f64 + 2.25).sqrt();
     assert!((f(brewster, 1.0, 1.5) - 0.5 * (1.25f64 / 3.25).powi(2)).abs() < 1e-15);
     let mut rng = Rng::new(6);
@@ -288,8 +294,8 @@ fn fresnel_dielectric_facts() {
         let [cos, n]: [f64; 2] = [rng.next_1d(), rng.range(1.0, 2.0)];
         let there = fresnel::dielectric(cos, 1.0, n);
         let back = fresnel::dielectric(there.cos_far, n, 1.0);
-        // Reversing the ray changes neither its angle nor the reflectance. Close to grazing, the angle
-        // is the square root of what the far side's cosine still holds.
+        // Reversing the ray changes neither its angle nor the reflectance. Close to grazing, the
+        // accuracy of the angle is the square root of the accuracy of the far cosine.
         let tolerance = 1e-12 / cos;
         assert!(
             (back.cos_far - cos).abs() < tolerance
@@ -303,7 +309,7 @@ fn fresnel_dielectric_facts() {
     }
 }
 
-/// Against complex arithmetic written out.
+/// Compares with complex arithmetic written out.
 #[test]
 fn fresnel_conductor_facts() {
     let direct = |cos: f64, eta: f64, k: f64| {
@@ -339,7 +345,7 @@ fn smooth_directions_obey_snell() {
         let (s, toward) = (surface(1.0, 1.5), at_cosine(cos));
         let through = bsdf.sample(&s, toward, [0.999, 0.0, 0.0]).unwrap();
         assert!(through.transmitted);
-        // n times the tangential part is conserved, with its sign turned.
+        // n times the tangential part is conserved, with opposite sign.
         let along = |v: DVec3| v - NORMAL.dot(v) * NORMAL;
         assert!((far * along(through.direction) + near * along(toward)).length() < 1e-14);
         let mirror = bsdf.sample(&s, toward, [0.0; 3]).unwrap();
@@ -368,7 +374,7 @@ fn matched_indices_pass_straight() {
             assert!(bsdf.eval(&surface(1.4, n_inner), toward, -toward).is_zero());
         }
     }
-    // Just above the threshold the rough interface already does next to nothing.
+    // Just above the threshold the rough interface has nearly no effect.
     let s = surface(1.4, 1.4 + 1e-7);
     let mut rng = Rng::new(7);
     for _ in 0..1000 {
@@ -423,7 +429,8 @@ fn kinds_and_refusals() {
     assert_eq!(text, "eta must be finite and ≥ 0 in every channel, got -1");
 }
 
-/// Without absorption a coat keeps nothing back: what it does not reflect comes out again, as often as it takes.
+/// A coat without absorption loses nothing: light that it does not reflect leaves after any number
+/// of internal reflections.
 #[test]
 fn white_plastic_loses_nothing() {
     let cosine = |z: f64| at_cosine(z);
@@ -435,8 +442,8 @@ fn white_plastic_loses_nothing() {
     };
     for nonlinear in [false, true] {
         let bsdf = plastic(nonlinear);
-        // Over all directions that light comes from, and cosines that it leaves at: the value does not
-        // depend on the azimuth. The last channel is white.
+        // Average over all directions of incident light and cosines of outgoing light; the value
+        // does not depend on the azimuth. The last channel is white.
         let value = |[o, i]: [f64; 2]| bsdf.eval(&s, cosine(o), cosine(i))[3] * o;
         let tau = std::f64::consts::TAU;
         let diffuse = testkit::quadrature::integrate_cell(&value, [0.0; 2], [1.0; 2], effort);
@@ -446,8 +453,8 @@ fn white_plastic_loses_nothing() {
     }
 }
 
-/// Nor does it under a rough coat, as what facets lose in each other's shadows goes to the base. At random over
-/// cosines that light leaves at.
+/// A rough coat loses nothing either, because light that facets lose by shadowing goes to the base.
+/// Cosines of outgoing light are random.
 #[test]
 fn white_rough_plastic_loses_nothing() {
     let mut zs = Vec::new();
@@ -456,7 +463,7 @@ fn white_rough_plastic_loses_nothing() {
         let bsdf = rough_plastic(facets, true, false);
         let mut reflected = Moments::default();
         for _ in 0..100_000 {
-            // In proportion to the cosine.
+            // Sample in proportion to the cosine.
             let toward = at_cosine(rng.next_1d().sqrt());
             let sample = bsdf.sample(&surface(1.0, 1.0), toward, rng.uniform());
             reflected.push(sample.map_or(0.0, |b| b.weight[3]));
@@ -472,8 +479,9 @@ fn white_rough_plastic_loses_nothing() {
     z_test::max_abs_z(&zs, FALSE_ALARM).unwrap();
 }
 
-/// What a white base under a lossy coat returns, the coat's own reflection included: by NumPy, from means of F G₁ and
-/// (1 − F) G₁ over 96² visible normals at 24 Gauss–Legendre nodes of the cosine, good to 3e-4.
+/// Light that a white base under a lossy coat returns, including the coat's own reflection,
+/// compared with NumPy. The reference uses means of F G₁ and (1 − F) G₁ over 96² visible normals at
+/// 24 Gauss–Legendre nodes of the cosine, accurate to 3e-4.
 #[test]
 fn what_lossy_coats_return() {
     let mut zs = Vec::new();
@@ -492,7 +500,7 @@ fn what_lossy_coats_return() {
     z_test::max_abs_z(&zs, FALSE_ALARM).unwrap();
 }
 
-/// The mean reflectance from inside follows from that outside: (1 − F̄')n'² = (1 − F̄)n².
+/// The mean internal reflectance follows from the external one: (1 − F̄')n'² = (1 − F̄)n².
 #[test]
 fn mean_reflectances_of_the_two_sides() {
     for eta in [1.05, 1.33, 1.5, 2.4] {
@@ -510,7 +518,7 @@ fn partial_transmission_shares_light() {
     let through = covered.through(&site, 0.4).unwrap();
     assert!((through.probability - 0.7).abs() < 1e-15 && through.factor == Spectrum::ONE);
     assert!(diffuse().through(&site, 0.4).is_none());
-    // F and all that is reflected inside, one term after the other.
+    // Sum F and the internal reflections, one term after the other.
     for cos in [1.0, 0.4, -0.4, 0.05] {
         let f = fresnel::dielectric(f64::abs(cos), 1.0, 1.5).reflectance;
         let inside = |k: i32| (1.0 - f).powi(2) * f.powi(2 * k);

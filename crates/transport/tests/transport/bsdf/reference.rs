@@ -1,7 +1,7 @@
-//! Rough BSDFs against numbers computed with Mitsuba 3.9.1 (`scalar_rgb`, single precision).
+//! Rough BSDFs, compared with numbers computed by Mitsuba 3.9.1 (`scalar_rgb`, single precision).
 //!
-//! Mitsuba transports radiance, so its transmission values are multiplied by nᵢ²/nₒ² here.
-//! False alarm: 2e-4 for the furnace; the rest is deterministic. Seeds are fixed.
+//! Mitsuba transports radiance, so its transmission values are multiplied by nᵢ²/nₒ² here. False
+//! alarm: 2e-4 for the furnace; the rest is deterministic. Seeds are fixed.
 
 use crate::bsdf::common::{
     beckmann, ggx, metal, pane, plastic, principled, rough_conductor, rough_dielectric,
@@ -48,7 +48,8 @@ fn rough_dielectric_values() {
     }
 }
 
-/// Beckmann's facets. Mitsuba's fit of G₁ is up to 0.35 % off, and occurs once in densities, twice in values.
+/// Tests Beckmann facets. Mitsuba's fit of G₁ is off by up to 0.35 %; it enters densities once and
+/// values twice.
 #[test]
 fn beckmann_values() {
     let table = [
@@ -149,7 +150,7 @@ fn compare(bsdf: &Bsdf, expected: [[f64; 3]; 5], tolerance: f64) {
     }
 }
 
-/// Mitsuba takes a fit for the mean reflectance of the coat from below, which is 0.09 % off.
+/// Mitsuba uses a fit for the mean internal reflectance of the coat, which is off by 0.09 %.
 #[test]
 fn plastic_values() {
     let linear = [
@@ -170,10 +171,10 @@ fn plastic_values() {
     compare(&plastic(true), nonlinear, 2e-3);
 }
 
-/// Mitsuba's mean reflectance of the coat from below is a sum over 64 cosines, ends included, divided by 64. That
-/// makes its base darker than the integral does, which NumPy finds with more points: by 1.0 % with GGX (0.4149 in
-/// place of 0.4207), by 1.7 % with Beckmann's facets (0.5300, 0.5377), by 2.1 % where they are smoother
-/// (0.5810, 0.5896). The rest is its fit of G₁.
+/// Mitsuba's mean internal reflectance of the coat is a sum over 64 cosines, ends included, divided
+/// by 64. This makes its base darker than the integral, which NumPy finds with more points: by 1.0
+/// % with GGX (0.4149 in place of 0.4207), by 1.7 % with Beckmann's facets (0.5300, 0.5377), by 2.1
+/// % where they are smoother (0.5810, 0.5896). The remaining difference comes from its fit of G₁.
 #[test]
 fn rough_plastic_values() {
     let linear = [
@@ -210,7 +211,8 @@ fn rough_plastic_values() {
     compare(&rough_plastic(beckmann(0.1), false, true), smoother, 2.2e-2);
 }
 
-/// The coat of lossless plastic is the same: what does not grow with the base's reflectance of 0.9, 0.5 and 0.1.
+/// The coat of lossless plastic does not depend on the base: it is the part that does not grow with
+/// the base's reflectance of 0.9, 0.5 and 0.1.
 #[test]
 fn lossless_plastic_coats() {
     let mitsubas = [
@@ -270,8 +272,9 @@ fn thin_dielectric_values() {
     assert!((through.probability - 0.765_990_138).abs() < 1e-6);
 }
 
-/// A unit sphere of rough glass (alpha 0.2) in a white furnace, seen by an orthographic camera through the
-/// window [−0.6, 0.6]². Facets that shadow each other lose energy: less than 1 is right.
+/// A unit sphere of rough glass (alpha 0.2) in a white furnace, seen by an orthographic camera
+/// through the window [−0.6, 0.6]². Shadowing of facets loses energy, so that the result is below
+/// 1.
 #[test]
 fn rough_glass_sphere_in_a_furnace() {
     let references = [
@@ -292,7 +295,7 @@ fn rough_glass_sphere_in_a_furnace() {
     z_test::max_abs_z(&z, 2e-4).unwrap();
 }
 
-/// Radiance that leaves the sphere at `p` along +z: environment and camera are both at index 1.
+/// Radiance that leaves the sphere at `p` along +z. Environment and camera are both in index 1.
 fn furnace_path(bsdf: &Bsdf, mut p: DVec3, rng: &mut Rng) -> f64 {
     let (mut toward, mut throughput) = (DVec3::Z, 1.0);
     loop {
@@ -308,7 +311,7 @@ fn furnace_path(bsdf: &Bsdf, mut p: DVec3, rng: &mut Rng) -> f64 {
         if b.direction.dot(p) > 0.0 {
             return throughput;
         }
-        // The chord to the other side of the sphere.
+        // Follow the chord to the other side of the sphere.
         p = (p - 2.0 * p.dot(b.direction) * b.direction).normalize();
         toward = -b.direction;
     }

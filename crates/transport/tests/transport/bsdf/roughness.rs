@@ -1,4 +1,4 @@
-//! Roughness that varies over a surface, against surfaces of the same roughness everywhere.
+//! Roughness that varies over a surface, compared with surfaces of constant roughness.
 
 use crate::bsdf::common::{NORMAL, at_cosine, metal, surface};
 use glam::{DAffine2, DVec3};
@@ -12,7 +12,7 @@ use morgana_transport::texture::{Bitmap, BitmapFilter, Checkerboard, Texture, Wr
 use std::sync::Arc;
 use testkit::Rng;
 
-/// The surfaces that have a roughness.
+/// All surfaces with a roughness.
 fn rough(alpha: impl Into<Texture>) -> [Bsdf; 3] {
     let ([eta, k, tint], one) = (metal(), Spectrum::ONE);
     let facets = Roughness::new(Distribution::Ggx, alpha).unwrap();
@@ -26,7 +26,7 @@ fn rough(alpha: impl Into<Texture>) -> [Bsdf; 3] {
     ]
 }
 
-/// Pixels beside one another.
+/// A texture of adjacent pixels in a row.
 fn row(pixels: &[f32], filter: BitmapFilter) -> Texture {
     let size = [pixels.len(), 1];
     let how = (filter, Wrap::Clamp);
@@ -40,7 +40,7 @@ fn at(u: f64) -> Surface {
     s
 }
 
-/// Asserts that two surfaces scatter alike at a point, but for a relative error.
+/// Asserts that two surfaces scatter alike at a point, to within a relative error.
 #[track_caller]
 fn alike(a: &Bsdf, b: &Bsdf, s: &Surface, tolerance: f64) {
     let mut rng = Rng::new(1);
@@ -82,12 +82,12 @@ fn two_halves_are_each_of_their_own_roughness() {
             alike(a, b, &at(u), 1e-12);
         }
     }
-    // They are not alike.
+    // Check that the halves differ.
     let [a, b] = [0.3, 0.7].map(|u| rough(halves.clone())[0].eval(&at(u), NORMAL, NORMAL)[0]);
     assert!(a > 2.0 * b, "{a}, {b}");
 }
 
-/// Pixels below the least roughness count as that.
+/// Pixels below the smallest roughness count as the smallest roughness.
 #[test]
 fn black_pixels_are_as_smooth_as_can_be() {
     let dark = row(&[0.0, 1.0], BitmapFilter::Nearest);
@@ -96,13 +96,13 @@ fn black_pixels_are_as_smooth_as_can_be() {
     }
 }
 
-/// Between the coats of its table rough plastic is interpolated: what its base returns is off by little of what it
-/// returns at most.
+/// Rough plastic interpolates between the coats of its table. The error of the base's light is
+/// small compared with its maximum.
 #[test]
 fn coats_between_others() {
     let slope = row(&[0.0, 1.0], BitmapFilter::Bilinear);
     let [_, _, varied] = rough(slope);
-    // Away from the lobe, where next to nothing but the base is seen.
+    // Look away from the lobe, where almost only the base is seen.
     let aside = (NORMAL + NORMAL.cross(NORMAL.any_orthonormal_vector())).normalize();
     for alpha in [0.002, 0.01, 0.03, 0.07, 0.13, 0.31, 0.62, 0.97] {
         let (s, [_, _, even]) = (at(0.25 + 0.5 * alpha), rough(alpha));

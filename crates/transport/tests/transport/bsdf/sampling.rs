@@ -15,8 +15,8 @@ use testkit::{DirectionTable, Family, Mass, Moments, Rng, z_test};
 const FALSE_ALARM: f64 = 2e-4;
 const COSINES: [f64; 6] = [1.0, 0.6, 0.15, -0.05, -0.7, -0.97];
 
-/// Bins about the normal, whose horizon is an edge; or, for indices so close that transmission hardly
-/// deviates, bins that get finer towards the straight way through.
+/// Bins about the normal, with an edge at the horizon. For indices so close that transmission
+/// hardly deviates, the bins become finer towards the unrefracted direction.
 fn table(outer: f64, inner: f64, toward: DVec3) -> DirectionTable {
     let effort = Effort {
         tolerance: 2e-6,
@@ -30,7 +30,8 @@ fn table(outer: f64, inner: f64, toward: DVec3) -> DirectionTable {
     }
 }
 
-/// A mask's own surface is what it does not let pass.
+/// True if the surface reflects on its front side only. A mask's own surface is the part that it
+/// does not transmit.
 fn reflects_in_front_only(bsdf: &Bsdf) -> bool {
     is_one_sided(bsdf) || bsdf.is_partial()
 }
@@ -144,7 +145,8 @@ fn smooth_dielectric_chooses_by_fresnel() {
             assert!((b.pdf - if b.transmitted { 1.0 - f } else { f }).abs() < 1e-9);
         }
         let se = (f * (1.0 - f) / 20_000.0).sqrt();
-        // The cosine of a world vector carries rounding: F = 1 exactly only beyond the critical angle.
+        // Allow for rounding in the cosine of a world vector: F = 1 holds exactly only beyond the
+        // critical angle.
         zs.push(if f == 1.0 {
             1e9 * (1.0 - reflected.mean())
         } else {
@@ -154,7 +156,8 @@ fn smooth_dielectric_chooses_by_fresnel() {
     z_test::max_abs_z(&zs, FALSE_ALARM).unwrap();
 }
 
-/// Grazing, normal and tangential directions with extreme random numbers: finite everywhere.
+/// Grazing, normal and tangential directions with extreme random numbers give finite results
+/// everywhere.
 #[test]
 fn nothing_returns_nan() {
     let last = 1.0 - f64::EPSILON / 2.0;
@@ -218,7 +221,8 @@ fn check_sample(
     );
 }
 
-/// Ends of connections are chosen by the density alone (docs/theory.md#resampled-ends): no light may be scattered where it is zero.
+/// No light is scattered where the density is zero: the density alone chooses ends of connections
+/// (docs/theory.md#resampled-ends).
 #[test]
 fn densities_are_positive_wherever_light_is_scattered() {
     let mut rng = Rng::new(7);

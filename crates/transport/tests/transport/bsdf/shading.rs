@@ -1,4 +1,4 @@
-//! Scattering by normals that are not those of the surface.
+//! Scattering with shading normals.
 //!
 //! False alarms: 2e-4 for the family of χ² tests. Seeds are fixed.
 
@@ -23,7 +23,7 @@ fn leaning() -> Surface {
     }
 }
 
-/// Under a normal that leans by 0.4, −0.5 to 1.
+/// A BSDF under a normal map whose normal leans by 0.4, −0.5 to 1.
 fn mapped(flips: bool, shadows: bool, nested: Bsdf) -> Bsdf {
     let lean = DVec3::new(0.4, -0.5, 1.0).normalize() * 0.5 + 0.5;
     let map = Texture::Uniform(Spectrum([lean.x, lean.y, lean.z, 0.0]));
@@ -58,7 +58,7 @@ fn cases() -> Vec<(&'static str, Surface, Bsdf)> {
     ]
 }
 
-/// Towards the leaning side and away from it, from above to grazing.
+/// Views towards the leaning side and away from it, from above to grazing.
 fn views() -> [DVec3; 4] {
     let across = NORMAL.any_orthonormal_vector();
     [[1.0, 0.0], [0.5, 0.8], [0.5, -0.8], [0.1, -1.0]]
@@ -74,7 +74,7 @@ fn samplers_follow_their_densities() {
         max_depth: 9,
     };
     for (name, s, bsdf) in cases() {
-        // From where the surface is seen at all.
+        // Keep views from which the surface is visible at all.
         let views = views().into_iter().enumerate();
         for (i, toward) in views.filter(|(_, v)| v.dot(s.shading_normal) > 0.0) {
             let table = DirectionTable::uniform(NORMAL.to_array(), 16, 16).with_effort(effort);
@@ -95,7 +95,7 @@ fn samplers_follow_their_densities() {
     family.check().unwrap();
 }
 
-/// Of samples for views and for light.
+/// Tests samples for views and for light.
 #[test]
 fn weights_are_values_over_densities() {
     let mut rng = Rng::new(3);
@@ -127,7 +127,8 @@ fn weights_are_values_over_densities() {
     }
 }
 
-/// Lambert's law by the shading normal, and for light, which arrives from i and leaves to o, ρ/π |N_s·i| |N·o|/|N·i|.
+/// Lambert's law holds with the shading normal. For light that arrives from i and leaves to o the
+/// value is ρ/π |N_s·i| |N·o|/|N·i|.
 #[test]
 fn leaning_lambertian_surfaces() {
     let (s, bsdf) = (leaning(), diffuse());
@@ -139,7 +140,8 @@ fn leaning_lambertian_surfaces() {
     assert!((bsdf.eval_importance(&s, i, o)[0] - expected * ratio).abs() < 1e-14);
 }
 
-/// Nothing is scattered from or to directions that are above by one normal and below by the other.
+/// Nothing is scattered between directions that are above the surface by one normal and below it by
+/// the other.
 #[test]
 fn no_light_comes_from_below() {
     let (s, mut rng) = (leaning(), Rng::new(4));
@@ -167,7 +169,8 @@ fn no_light_comes_from_below() {
     assert!(met > 300);
 }
 
-/// A plane that a bump map tilts by its slope is shaded like a plane that is tilted so: h = 0.5 v, half as much again, on tangents of length 2.
+/// A plane with a bump map of constant slope is shaded like a tilted plane: h = 0.5 v, scaled by
+/// 1.5, on tangents of length 2.
 #[test]
 fn slopes_of_heights() {
     let heights = vec![0.0, 0.0, 0.25, 0.25];

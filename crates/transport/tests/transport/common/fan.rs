@@ -1,8 +1,9 @@
-//! How many rays join a point outside a ball with one inside, by brute force: a dense fan of rays in the plane of the
-//! two points and the centre, each followed through an index that depends on the radius alone.
+//! Number of rays between a point outside a ball and a point inside, by brute force. A dense fan of
+//! rays in the plane of the two points and the centre is traced through an index that depends on
+//! the radius alone.
 //!
-//! It shares nothing with the library: the classical Runge–Kutta method in the plane, and a count of the
-//! rays between which the point lies.
+//! The code shares nothing with the library: it uses the classical Runge–Kutta method in the plane,
+//! and counts the pairs of adjacent rays that enclose the point.
 
 use glam::DVec2;
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -12,20 +13,21 @@ const RAYS: usize = 4000;
 /// Steps along a diameter.
 const STEPS: f64 = 300.0;
 
-/// A ball around the origin in surroundings of index 1.
+/// A ball around the origin, in surroundings of index 1.
 pub struct RadialBall {
     pub radius: f64,
-    /// n² at a radius.
+    /// n² as a function of the radius.
     pub n2: fn(f64) -> f64,
-    /// dn²/dr there.
+    /// dn²/dr as a function of the radius.
     pub slope: fn(f64) -> f64,
 }
 
-/// The rays from a point outside: radii, and angles from the axis through the point, along each.
+/// Rays from a point outside: for each, the radii along it, and the angles from the axis through
+/// the point.
 pub struct Fan(Vec<Vec<[f64; 2]>>);
 
 impl Fan {
-    /// From a point at a distance from the centre.
+    /// Traces the fan from a point at a distance from the centre.
     pub fn new(ball: &RadialBall, distance: f64) -> Self {
         let ray = |i: usize| {
             let impact = ball.radius * ((i as f64 + 0.5) / RAYS as f64 * FRAC_PI_2).sin();
@@ -35,9 +37,10 @@ impl Fan {
         Fan((0..RAYS).map(ray).collect())
     }
 
-    /// The number of rays through a point at a radius and an angle in [0, π] from the axis.
+    /// Counts the rays through a point at a radius and an angle in [0, π] from the axis.
     pub fn count(&self, radius: f64, angle: f64) -> usize {
-        // Where rays meet the radius for the first and for the last time: two curves, which join where rays just touch it.
+        // Rays cross the radius for the first and for the last time on two curves, which meet where
+        // rays are tangent to it.
         let mut met: Vec<[f64; 2]> = Vec::new();
         let mut touches = false;
         for ray in &self.0 {
@@ -61,7 +64,7 @@ impl Fan {
     }
 }
 
-/// The angles at which a ray comes to a radius first and last.
+/// Angles at which a ray first and last crosses a radius.
 fn crossings(ray: &[[f64; 2]], radius: f64) -> Option<[f64; 2]> {
     let at = |w: &[[f64; 2]]| {
         let share = (radius - w[0][0]) / (w[1][0] - w[0][0]);
@@ -73,7 +76,8 @@ fn crossings(ray: &[[f64; 2]], radius: f64) -> Option<[f64; 2]> {
 }
 
 impl RadialBall {
-    /// The ray of an impact parameter that enters at an angle from the axis, until it is back at the surface.
+    /// Traces the ray of an impact parameter that enters at an angle from the axis, until it
+    /// returns to the surface.
     fn follow(&self, impact: f64, entry: f64) -> Vec<[f64; 2]> {
         let n = (self.n2)(self.radius).sqrt();
         let sine = impact / (n * self.radius);

@@ -1,5 +1,5 @@
-//! The lens scene: a refracting ball of fog whose index, sampled on a grid, falls off from its centre; a light inside,
-//! a camera outside.
+//! The lens scene: a refracting ball of fog whose sampled index decreases from the centre, a light
+//! inside, and a camera outside.
 
 use super::fan::RadialBall;
 use super::{camera, container, fog, glass, parts, vacuum};
@@ -11,19 +11,19 @@ use morgana_transport::emitter::Emitter;
 use morgana_transport::scene::Parts;
 use morgana_transport::shape::Sphere;
 
-/// Of the ball.
+/// Radius of the ball.
 pub const RADIUS: f64 = 0.3;
-/// Of the bump of the index.
+/// Width of the bump of the index.
 const WIDTH: f64 = 0.15;
-/// Of the camera from the centre.
+/// Distance of the camera from the centre.
 pub const DISTANCE: f64 = 1.2;
 
-/// n at a radius.
+/// Returns n at a radius.
 pub fn index(r: f64) -> f64 {
     1.3 + 0.1 * (-(r / WIDTH).powi(2)).exp()
 }
 
-/// The ball, without a grid.
+/// The ball with the index in closed form, without a grid.
 pub fn ball() -> RadialBall {
     RadialBall {
         radius: RADIUS,
@@ -32,19 +32,20 @@ pub fn ball() -> RadialBall {
     }
 }
 
-/// The index, sampled.
+/// The sampled index.
 pub fn field() -> Field {
     field_of(64)
 }
 
-/// The index, from so many samples along an edge.
+/// The index from `samples` samples along an edge.
 pub fn field_of(samples: usize) -> Field {
     grid_of(samples).into()
 }
 
-/// The same from as few samples as hold it, as scenes have it, and their number along an edge.
+/// The index condensed to as few samples as represent it, as scenes hold it. Returns the field and
+/// the number of samples along an edge.
 pub fn condensed(samples: usize) -> (Field, usize) {
-    // By as much as rounding of coefficients changes it: their range is 0.27.
+    // Tolerance: the rounding of coefficients, whose range is 0.27.
     let field = grid_of(samples)
         .condensed(6.4e-8)
         .expect("finer than the field");
@@ -59,12 +60,12 @@ fn grid_of(samples: usize) -> Bspline {
     grid.unwrap()
 }
 
-/// Where the camera is.
+/// Position of the camera.
 pub fn eye() -> DVec3 {
     DVec3::Z * DISTANCE
 }
 
-/// The scene.
+/// Builds the lens scene.
 pub fn scene() -> Parts {
     let light = Emitter::Point {
         position: DVec3::new(0.05, 0.08, -0.06),

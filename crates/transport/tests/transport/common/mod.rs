@@ -83,7 +83,7 @@ pub fn sky() -> Emitter {
     Emitter::Environment(Environment::Constant(Spectrum::ONE))
 }
 
-/// Everything else at its default.
+/// Scene parts with defaults for everything else.
 pub fn parts(
     objects: Vec<Object>,
     media: Vec<Medium>,
@@ -115,7 +115,7 @@ pub fn shoot(parts: Parts, samples: u64, seed: u64) -> Rendering {
     shoot_by(path_tracer(), parts, samples, seed)
 }
 
-/// The same by any renderer.
+/// Renders by any renderer with a given number of samples and seed.
 pub fn shoot_by(renderer: impl Into<Renderer>, parts: Parts, samples: u64, seed: u64) -> Rendering {
     let scene = Scene::new(parts).unwrap_or_else(|problems| panic!("{problems:?}"));
     let options = RenderOptions::new(renderer, samples, seed);
@@ -128,7 +128,7 @@ pub fn mean(rendering: &Rendering) -> (f64, f64) {
     rendering.film.summary()
 }
 
-/// Mean and standard error of the radiance along rays drawn by `ray`, with a weight each.
+/// Returns mean and standard error of the radiance along rays from `ray`, each with a weight.
 pub fn estimate(
     scene: &Scene,
     run: (u64, u64),
@@ -139,7 +139,8 @@ pub fn estimate(
     estimate_by(path_tracer(), scene, run, ray)
 }
 
-/// The same by any integrator, of whose samples all that they find counts, wherever in the image; so rays must be those of its places.
+/// Returns mean and standard error by any integrator. Every contribution of a sample counts,
+/// wherever in the image it lies; rays must therefore be drawn from the image's positions.
 pub fn estimate_by(
     integrator: Integrator,
     scene: &Scene,
@@ -175,7 +176,7 @@ pub fn path_tracer() -> Integrator {
     Integrator::Path(PathTracer::default())
 }
 
-/// A render that ends after each pass, and goes on with another number of threads until it is complete.
+/// Renders in single passes, each with another number of threads, until the image is complete.
 pub fn in_passes(scenes: &[Scene], options: &RenderOptions) -> State {
     let mut state = State::new(scenes, options);
     for threads in [1, 2, 7].into_iter().cycle() {

@@ -1,4 +1,5 @@
-//! By the colours of smooth and rough surfaces of all kinds, which light meets at vertices, on its edges, and on connections.
+//! Derivatives with respect to colours of smooth and rough surfaces of all kinds, which light meets
+//! at vertices, on edges, and on connections.
 
 use super::setup::two;
 use super::*;
@@ -22,14 +23,14 @@ use morgana_transport::texture::{Bitmap, BitmapFilter, Texture, Wrap};
 use morgana_transport::volume::{GridFilter, GridSamples, VolumeGrid};
 use std::sync::Arc;
 
-/// Which part of a scene has the colours.
+/// Part of the scene that has the colours.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Part {
     /// The surface of a ball of haze.
     Shell,
-    /// A wall behind it.
+    /// A wall behind the ball.
     Wall,
-    /// A pane before it, and before the light.
+    /// A pane in front of the ball and of the light.
     Pane,
 }
 
@@ -41,7 +42,7 @@ struct Case {
     bsdf: fn([Texture; 2]) -> Bsdf,
 }
 
-/// Both channels of each pixel, of each colour.
+/// Values of each colour, for each pixel in both channels.
 type Colours = [Vec<[f64; 2]>; 2];
 
 const SPECULAR: &[Tint] = &[Tint::SpecularReflectance];
@@ -52,7 +53,7 @@ fn facets(alpha: f64) -> Roughness {
     Roughness::new(Distribution::Ggx, alpha).unwrap()
 }
 
-/// As bright as light at a right angle makes it, 0.4 and 0.6.
+/// A metal with the tint `colour`.
 fn mirror(colour: Texture) -> Bsdf {
     let (eta, k) = (two([0.6, 0.8]), two([1.6, 2.4]));
     Bsdf::Conductor(Conductor::new(eta, k, colour).unwrap())
@@ -163,7 +164,8 @@ impl Case {
             .collect()
     }
 
-    /// Four pixels; smooth glass has but one colour. Those of two parts add up to less than 1 where they share what there is.
+    /// Four pixels per colour; smooth glass has a single colour. Colours of two parts that share
+    /// the light add up to less than 1.
     fn colours(&self) -> Colours {
         let count = if self.name == "glass" { 1 } else { 4 };
         let scale = if self.name == "phong" { 0.5 } else { 1.0 };
@@ -203,7 +205,7 @@ impl Case {
                 * DAffine3::from_scale(DVec3::splat(size));
             Rectangle::new(place).unwrap()
         };
-        // A boundary of panes has the same index on both sides.
+        // A pane has equal indices on both sides.
         let index: Field = if self.name == "thin shell" {
             Constant::new(1.0).into()
         } else {
@@ -248,7 +250,8 @@ fn integrators() -> [Integrator; 3] {
     ]
 }
 
-/// Each integrator beside its own differences: not all of them find all light.
+/// Compares each integrator with differences of its own images, because not all integrators find
+/// all light.
 fn compare(cases: &[Case], integrators: &[Integrator]) {
     let mut comparisons = Comparisons::default();
     let many = if long() { 32 * BATCHES } else { BATCHES };
@@ -282,7 +285,7 @@ fn compare(cases: &[Case], integrators: &[Integrator]) {
 fn derivatives_by_the_colours_of_walls_are_differences() {
     let (mut all, [path, particle, bdpt]) = (on_wall(), integrators());
     compare(&all, &[path]);
-    // A mirror's light on edges, that of plastic at vertices.
+    // Keep a mirror, whose light is on edges, and plastics, whose light is at vertices.
     all.retain(|case| ["mirror", "plastic", "rough plastic"].contains(&case.name));
     compare(&all, &[particle, bdpt]);
 }
@@ -292,7 +295,7 @@ fn derivatives_by_the_colours_of_what_light_passes_are_differences() {
     compare(&on_the_way(), &integrators());
 }
 
-/// What a camera sees of light, by way of a surface across its view, in front of it.
+/// Light that a camera sees by way of a surface in front of it, across its view.
 fn seen(
     light: impl Into<Emitter>,
     bsdf: Bsdf,
@@ -321,13 +324,14 @@ fn seen(
     }
 }
 
-/// The loss in both channels, and its derivatives.
+/// Loss in both channels, and its derivatives.
 struct Closed {
     image: [f64; 2],
     by: Vec<Derivative>,
 }
 
-/// Of light that met a colour ρ once, all is in proportion to it: ∂I/∂ρ = I/ρ, path by path. What is reflected and what passes add up.
+/// Light that met a colour ρ once is proportional to ρ: ∂I/∂ρ = I/ρ, path by path. Derivatives by
+/// reflected and transmitted light add up.
 #[test]
 fn light_that_met_a_colour_once_is_in_proportion_to_it() {
     let (one, other) = ([0.7, 0.3], [0.25, 0.9]);
@@ -365,7 +369,8 @@ fn light_that_met_a_colour_once_is_in_proportion_to_it() {
     }
 }
 
-/// So is that of a volume behind the camera which a coat shows, at a vertex, whose base is black.
+/// ∂I/∂ρ = I/ρ also for the light of a volume behind the camera, reflected at a vertex by a coat
+/// over a black base.
 #[test]
 fn what_a_coat_shows_of_volumes_is_in_proportion_to_its_colour() {
     let cube = DAffine3::from_translation(DVec3::new(-2.0, -2.0, -5.0))
@@ -392,7 +397,8 @@ fn what_a_coat_shows_of_volumes_is_in_proportion_to_its_colour() {
     }
 }
 
-/// So is light of an emitter in a glass ball that a wall shows: connections pass its surface once, and longer paths are left out.
+/// ∂I/∂ρ = I/ρ also for light of an emitter in a glass ball on a wall: connections pass its surface
+/// once. Longer paths are left out.
 #[test]
 fn light_through_glass_is_in_proportion_to_its_colour() {
     let colour = [0.7, 0.3];
@@ -441,7 +447,8 @@ fn light_through_glass_is_in_proportion_to_its_colour() {
     }
 }
 
-/// Of a base below a coat, with the mean reflectance r of the coat from below, ρ/(1 − ρr) comes back: ∂I/∂ρ = I/(ρ (1 − ρr)), path by path.
+/// A base below a coat with mean internal reflectance r returns ρ/(1 − ρr). Hence ∂I/∂ρ = I/(ρ (1 −
+/// ρr)), path by path.
 #[test]
 fn a_base_below_a_coat_deepens_with_its_colour() {
     const STEPS: u32 = 100_000;
@@ -451,7 +458,7 @@ fn a_base_below_a_coat_deepens_with_its_colour() {
     };
     let r = (0..STEPS).map(reflected).sum::<f64>() / f64::from(STEPS);
     for colour in [0.5, 0.9] {
-        // Nothing is seen but the base.
+        // Make the coat black, so that only the base is seen.
         let plastic = Plastic::new(1.5, colour, Texture::from(0.0), true).unwrap();
         let parameter = RadiometricParameter::Colour(0, Tint::DiffuseReflectance);
         let sky = Emitter::constant(1.0);

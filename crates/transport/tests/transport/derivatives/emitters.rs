@@ -1,5 +1,5 @@
-//! Derivatives by what the light of emitters is made up of: spectra, the pixels of images, voxels, and emission of media. The image is
-//! linear in them, so that differences have no error but noise.
+//! Derivatives with respect to the parameters of emitters: spectra, pixels of images, voxels, and
+//! emission of media. The image is linear in them, so that differences have no error except noise.
 
 use super::*;
 use crate::common::{camera, container, parts, vacuum};
@@ -20,7 +20,7 @@ use morgana_transport::texture::{Bitmap, BitmapFilter, Checkerboard, Texture, Wr
 use morgana_transport::volume::{GridFilter, GridSamples, VolumeGrid, VolumeTexture};
 use std::sync::Arc;
 
-/// An emitter, of so many values by channel.
+/// An emitter with a number of values per channel.
 struct Case {
     name: &'static str,
     shape: &'static [usize],
@@ -29,11 +29,11 @@ struct Case {
 
 enum Light {
     Emitter(Emitter),
-    /// On the panel.
+    /// Texture of the panel.
     Texture(Texture),
-    /// Of the haze.
+    /// Emission of the haze.
     Medium(VolumeTexture),
-    /// Of the haze's two labels.
+    /// Emission of the haze's two labels.
     Labels(Vec<Spectrum>),
 }
 
@@ -61,7 +61,7 @@ fn voxels(values: &[[f64; 2]], filter: GridFilter) -> VolumeGrid {
     VolumeGrid::new(samples, cube, Placement::Centers, filter, [0.0, 1e3]).unwrap()
 }
 
-/// From above, towards the haze.
+/// Orientation of an emitter that shines from above towards the haze.
 fn downwards() -> Orientation {
     let turn = DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::NEG_Y);
     Orientation::nearest(turn).unwrap().0
@@ -124,7 +124,7 @@ fn cases() -> Vec<Case> {
             let projector = Projector::new(ABOVE, downwards(), 0.8, slide).unwrap();
             Light::Emitter(Emitter::Projector(Arc::new(projector)))
         }),
-        // With an irradiance where the image is one.
+        // Give an irradiance where the image is one.
         case("image of a beam", &[2, 3], |v| {
             let half: Vec<[f64; 2]> = v.iter().map(|v| v.map(|v| 0.5 * v)).collect();
             let beam = Collimated::with_irradiance(
@@ -133,7 +133,7 @@ fn cases() -> Vec<Case> {
             );
             Light::Emitter(beam.into())
         }),
-        // With a total power, which is the mean irradiance times the area.
+        // Give a total power, which is the mean irradiance times the area.
         case("image of a fibre", &[2, 3], |v| {
             let mean = [0, 1].map(|c| v.iter().map(|v| v[c]).sum::<f64>() / v.len() as f64);
             let power = two(mean.map(|mean| mean * PICTURE[0] * PICTURE[1]));
@@ -279,7 +279,7 @@ fn derivatives_by_values_of_emitters_are_differences() {
     for case in cases() {
         for (k, index) in fields().iter().enumerate() {
             let values = case.values();
-            // One of the values, so that the error is its own.
+            // Change one value at a time, so that errors belong to it alone.
             let mut direction = vec![[0.0; 2]; values.len()];
             direction[values.len() / 8][0] = 1.0;
             let exact = quotient(PATH, 0.4, |h| {
@@ -290,7 +290,7 @@ fn derivatives_by_values_of_emitters_are_differences() {
                     .collect();
                 case.scene(index, THIN, &changed)
             });
-            // All three where rays bend.
+            // Compare all three integrators where rays bend.
             for integrator in integrators().into_iter().take(1 + 2 * k) {
                 let scene = case.scene(index, THIN, &values);
                 let parameters = [RadiometricParameter::Radiance(0)];
@@ -306,7 +306,8 @@ fn derivatives_by_values_of_emitters_are_differences() {
     comparisons.check();
 }
 
-/// Values times derivatives by them add up to the derivative by a factor on all, path by path.
+/// Values times their derivatives add up to the derivative with respect to a common factor, path by
+/// path.
 #[test]
 fn values_of_emitters_add_up() {
     for case in cases() {
@@ -342,7 +343,7 @@ fn values_of_emitters_add_up() {
     }
 }
 
-/// Media emit as they absorb.
+/// Media emit in proportion to their absorption.
 #[test]
 fn media_that_emit_change_with_their_absorption() {
     let medium = &cases()[15];
@@ -374,7 +375,7 @@ fn media_that_emit_change_with_their_absorption() {
         }
     }
     comparisons.check();
-    // Where nothing absorbs, nothing emits, and no path knows what more would do.
+    // Without absorption there is no emission, and no path knows the effect of more absorption.
     for parameter in [
         RadiometricParameter::Absorption(HAZE),
         RadiometricParameter::Albedo(HAZE),

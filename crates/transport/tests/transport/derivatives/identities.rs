@@ -1,4 +1,4 @@
-//! What derivatives obey, path by path or in the mean, and closed forms.
+//! Identities of derivatives, path by path or in the mean, and closed forms.
 
 use super::*;
 use crate::differences::moments;
@@ -14,7 +14,8 @@ use std::ops::ControlFlow;
 use testkit::batches::one_sample;
 use testkit::z_test::max_abs_z;
 
-/// σ_t ∂/∂σ_t = μ_s ∂/∂μ_s + μ_a ∂/∂μ_a and ∂/∂α = σ_t (∂/∂μ_s − ∂/∂μ_a), path by path, for every number and channel.
+/// σ_t ∂/∂σ_t = μ_s ∂/∂μ_s + μ_a ∂/∂μ_a and ∂/∂α = σ_t (∂/∂μ_s − ∂/∂μ_a), path by path, for every
+/// number and channel.
 #[test]
 fn coefficients_obey_the_chain_rule() {
     for made_of in [
@@ -52,7 +53,8 @@ fn coefficients_obey_the_chain_rule() {
     }
 }
 
-/// A grid of equal samples is the same medium, and its derivatives add up to the one by its only number.
+/// A grid of equal samples is equivalent to a homogeneous medium, and its derivatives add up to the
+/// derivative by the single number.
 #[test]
 fn derivatives_by_voxels_add_up() {
     for index in [Field::from(Constant::new(1.0)), linear().into()] {
@@ -78,7 +80,7 @@ fn derivatives_by_voxels_add_up() {
     }
 }
 
-/// The image is linear in what emitters emit.
+/// The image is linear in emission.
 #[test]
 fn derivatives_by_emission_add_up_to_the_image() {
     let setup = Setup::new(lens(), MadeOf::One);
@@ -95,8 +97,9 @@ fn derivatives_by_emission_add_up_to_the_image() {
     comparisons.check();
 }
 
-/// Σ image² by a factor on all emission is twice itself, for which weights are the image itself. With a primal of the same random
-/// numbers it would be larger by the variances.
+/// The derivative of Σ image² by a factor on all emission is 2 Σ image², for which the weights are
+/// the image itself. With a primal of the same random numbers the result would be larger by the
+/// variances.
 #[test]
 fn a_loss_that_is_not_linear_has_a_derivative_without_bias() {
     let setup = Setup::new(Constant::new(1.0), MadeOf::One);
@@ -134,8 +137,8 @@ fn a_loss_that_is_not_linear_has_a_derivative_without_bias() {
     assert!(p > 1e-4, "{:?}, exact {exact}: p = {p}", moments(&all));
 }
 
-/// A camera inside a ball that absorbs sees the sky through a length 1 of it: exp(−μ). A ball that does not absorb looks like the
-/// sky whatever it scatters.
+/// A camera inside an absorbing ball sees the sky through a length of 1: exp(−μ). A ball without
+/// absorption looks like the sky, whatever it scatters.
 #[test]
 fn closed_forms() {
     let ball = Sphere::around(DVec3::ZERO, 1.0).unwrap();

@@ -1,5 +1,6 @@
-//! Derivatives of images by light tracing and by bidirectional path tracing: those by path tracing, and differences of their own images.
-//! Paths of the three have different densities and weights, which must not be differentiated, and different factors where they are joined.
+//! Derivatives of images by light tracing and bidirectional path tracing, compared with path
+//! tracing and with differences of their own images. Densities and weights of paths differ among
+//! the three and must not be differentiated; the factors at connections differ, too.
 
 use super::*;
 use morgana_transport::Bins;
@@ -41,7 +42,7 @@ const ALL: [RadiometricParameter; 9] = [
     RadiometricParameter::Exposure,
 ];
 
-/// Compares all numbers of all parameters with those by path tracing, and a few directions with differences.
+/// Compares all numbers of all parameters with path tracing, and a few directions with differences.
 fn check(name: &str, integrator: Integrator, setup: &Setup, parameters: &[RadiometricParameter]) {
     let samples = if long() { 1 << 15 } else { 512 };
     let of =
@@ -106,7 +107,7 @@ fn derivatives_by_voxels_and_labels_are_those_by_path_tracing() {
     }
 }
 
-/// Particles count in all pixels that a filter reaches, and in the layer of their length.
+/// Particles contribute to all pixels that a filter reaches, and to the layer of their length.
 #[test]
 fn splats_count_by_filter_and_layer() {
     let decomposition = Decomposition {

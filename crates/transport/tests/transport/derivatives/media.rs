@@ -1,4 +1,4 @@
-//! By coefficients of media, and by what does not depend on how they are made up.
+//! Derivatives with respect to coefficients of media, in each form of coefficients.
 
 use super::*;
 use morgana_transport::volume::GridFilter;
@@ -27,7 +27,8 @@ fn derivatives_are_differences_in_a_lens() {
 
 #[test]
 fn derivatives_by_labels_and_voxels_are_differences() {
-    // Between samples, products of coefficients are no coefficients: of voxels that are interpolated only σ_t and α can be changed.
+    // Interpolated voxels allow only changes of σ_t and α: between samples, products of
+    // coefficients are not coefficients.
     for (made_of, parameters) in [
         (MadeOf::Labels, &IN_MEDIA[..4]),
         (MadeOf::Voxels(GridFilter::Nearest), &IN_MEDIA[..4]),

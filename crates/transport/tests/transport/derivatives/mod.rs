@@ -1,10 +1,13 @@
-//! Derivatives of images by coefficients of media, colours of surfaces and emission (docs/theory.md#derivatives-of-light).
+//! Derivatives of images with respect to coefficients of media, colours of surfaces and emission
+//! (docs/theory.md#derivatives-of-light).
 //!
-//! [Against central differences](crate::differences) of renders with the same random numbers. There are 504 comparisons in all: if seeds changed, the family
-//! would fail with a probability below 4 % although the code is right. Differences are those of steps of a tenth: their error is that of the third
+//! The references are [central differences](crate::differences) of renders with common random
+//! numbers. There are 504 comparisons in all: with other seeds, correct code would fail the family
+//! with a probability below 4 %. Differences use steps of a tenth; their error comes from the third
 //! derivative, below 3e-3 of the derivative.
 //!
-//! Identities hold path by path, to rounding. Closed forms are compared at a family-wise false-alarm rate of 1e-4.
+//! Identities hold path by path, to rounding. Closed forms are compared at a family-wise
+//! false-alarm rate of 1e-4.
 
 mod colours;
 mod emitters;
@@ -36,7 +39,7 @@ const HAZE: usize = 1;
 const WALL: usize = 1;
 const LIGHT: usize = 0;
 
-/// Any weights, of either sign.
+/// Arbitrary weights of both signs.
 fn weights() -> Vec<f64> {
     (0..32).map(|i| ((i * 7 % 13) as f64 - 4.0) / 8.0).collect()
 }
@@ -80,7 +83,8 @@ fn try_with(
     Ok(found.unwrap().by)
 }
 
-/// Along a direction: the mean, and the error as if its numbers were fully correlated, which is at least what it is.
+/// Derivative along a direction: its mean, and an upper bound of its error that assumes full
+/// correlation of the numbers.
 fn along(derivative: &Derivative, direction: &[[f64; 2]]) -> Mean {
     let pairs = direction.iter().flatten().enumerate();
     let mean = pairs.clone().map(|(i, d)| derivative.values[i] * d).sum();
@@ -100,12 +104,12 @@ fn difference(
     })
 }
 
-/// Mean and standard error of the difference quotient of the loss of a scene that a step changes.
+/// Mean and standard error of the difference quotient of the loss, for a scene that a step changes.
 fn quotient(integrator: Integrator, step: f64, changed: impl Fn(f64) -> Scene) -> Mean {
     differences::quotient([-step, step].map(|h| losses(integrator, changed(h))), step)
 }
 
-/// A direction in which all numbers change, by different parts of a size.
+/// A direction in which all numbers change, by different fractions of `size`.
 fn direction(count: usize, size: f64) -> Vec<[f64; 2]> {
     let part = |i: usize| size * (0.5 + 0.5 * (i * 3 % 5) as f64 / 4.0);
     (0..count).map(|i| [part(2 * i), part(2 * i + 1)]).collect()
@@ -131,7 +135,7 @@ fn compare(name: &str, setup: &Setup, parameters: &[RadiometricParameter]) {
     for (parameter, derivative) in parameters.iter().zip(all) {
         let count = derivative.values.len() / 2;
         let direction = match parameter {
-            // Both channels alike.
+            // Change both channels alike.
             RadiometricParameter::MeanCosine(_) | RadiometricParameter::Emission(_) => (0..count)
                 .map(|i| [1.0 - 0.2 * (i % 3) as f64; 2])
                 .collect(),
@@ -144,12 +148,12 @@ fn compare(name: &str, setup: &Setup, parameters: &[RadiometricParameter]) {
     comparisons.check();
 }
 
-/// An index by which rays bend.
+/// An index that bends rays.
 fn linear() -> LinearIndex {
     LinearIndex::new(1.2, DVec3::Y * 0.1, DVec3::NEG_Y).unwrap()
 }
 
-/// One that bends them more.
+/// An index that bends rays more strongly.
 fn lens() -> Luneburg {
     Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap()
 }

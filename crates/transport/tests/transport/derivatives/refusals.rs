@@ -1,4 +1,4 @@
-//! What has no derivatives, and says so.
+//! Parameters and renders without derivatives, which are refused with a message.
 
 use super::setup::Finish;
 use super::*;

@@ -19,7 +19,7 @@ use morgana_transport::texture::{
 use morgana_transport::volume::{GridFilter, GridSamples, LabelGrid, VolumeGrid, VolumeTexture};
 use std::sync::Arc;
 
-/// How the extinction and the albedo of the haze are made up.
+/// Form of the haze's extinction and albedo.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum MadeOf {
     One,
@@ -27,47 +27,47 @@ pub(super) enum MadeOf {
     Voxels(GridFilter),
 }
 
-/// What the colours of the wall are those of.
+/// Support of the wall's colours.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Painted {
-    /// The whole of it.
+    /// A single colour for the whole wall.
     One,
-    /// The whole of it, a mesh.
+    /// A single colour for the whole wall, which is a mesh.
     Mesh,
     /// 2 × 2 pixels.
     Pixels(BitmapFilter),
-    /// The same, as they come of an image half as bright.
+    /// 2 × 2 pixels, as a scaled image half as bright.
     Scaled,
-    /// The two kinds of squares.
+    /// Both squares of a checkerboard.
     Squares,
-    /// Four vertices.
+    /// Colours at four vertices.
     Vertices,
-    /// Two triangles.
+    /// Colours of two triangles.
     Triangles,
 }
 
-/// What the wall is made of.
+/// Material of the wall.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Finish {
     Diffuse,
-    /// A metal whose facets are that rough.
+    /// A rough metal with this roughness.
     Metal(f64),
     Mirror,
-    /// Diffuse, with holes of a quarter of its area.
+    /// A diffuse wall with holes over a quarter of its area.
     Mask,
-    /// Diffuse, by normals that lean.
+    /// A diffuse wall with leaning shading normals.
     Leaning,
 }
 
-/// A ball of haze before a wall, lit by a point light and by a dim sky. Two channels.
+/// A ball of haze in front of a wall, lit by a point light and a dim sky. Two channels.
 #[derive(Clone, Debug)]
 pub(super) struct Setup {
     pub index: Field,
     pub made_of: MadeOf,
-    /// In both channels, of each number.
+    /// Extinction of each number, in both channels.
     pub extinction: Vec<[f64; 2]>,
     pub albedo: Vec<[f64; 2]>,
-    /// Of each number, if there are several.
+    /// Mean cosine of each number, if there are several.
     pub g: Vec<f64>,
     pub reflectance: Vec<[f64; 2]>,
     pub painted: Painted,
@@ -102,7 +102,7 @@ impl Finish {
     }
 }
 
-/// Of two triangles.
+/// A square of two triangles.
 fn square(place: DAffine3) -> Arc<Mesh> {
     let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
     let at = |[x, y]: [f64; 2]| place.transform_point3(DVec3::new(x, y, 0.0));
@@ -202,7 +202,7 @@ impl Setup {
         }
     }
 
-    /// Colours for the wall.
+    /// Sets the colours of the wall.
     pub fn paint(&mut self, painted: Painted) {
         let count = match painted {
             Painted::One | Painted::Mesh => 1,
@@ -274,7 +274,8 @@ impl Setup {
             .emitter(Emitter::constant(two([self.sky, self.sky])))
     }
 
-    /// The setup with a parameter changed along `direction`, a number for each of its numbers in each channel, by a step.
+    /// Returns the setup with a parameter changed by a step along `direction`, which has one entry
+    /// per number and channel.
     pub fn changed(
         &self,
         parameter: RadiometricParameter,
@@ -291,12 +292,12 @@ impl Setup {
                         continue;
                     }
                     RadiometricParameter::Emission(_) => {
-                        // Both channels change alike.
+                        // Change both channels alike.
                         setup.intensity *= if c == 0 { 1.0 + d } else { 1.0 };
                         continue;
                     }
                     RadiometricParameter::MeanCosine(_) => {
-                        // Both channels change alike.
+                        // Change both channels alike.
                         setup.g[i] += if c == 0 { d } else { 0.0 };
                         continue;
                     }

@@ -1,4 +1,4 @@
-//! By the colours of surfaces.
+//! Derivatives with respect to colours of surfaces.
 
 use super::setup::Finish;
 use super::*;
@@ -22,7 +22,7 @@ fn derivatives_by_colours_of_a_wall_are_differences() {
         let mut setup = Setup::new(linear(), MadeOf::One);
         setup.paint(painted);
         compare(&format!("{painted:?}"), &setup, &BY_COLOURS);
-        // Colours that are alike are one.
+        // Equal colours act as a single one: their derivatives add up.
         setup.reflectance.fill([0.5, 0.75]);
         let many = by(setup.scene(), &BY_COLOURS, 64).remove(0);
         let shape: &[usize] = match painted {
@@ -43,7 +43,7 @@ fn derivatives_by_colours_of_a_wall_are_differences() {
     }
 }
 
-/// By all three integrators, of a wall of each kind, painted with pixels.
+/// All three integrators agree for a wall of each kind, painted with pixels.
 #[test]
 fn derivatives_by_colours_of_metals_masks_and_normal_maps_are_differences() {
     let (max_depth, rr_depth) = (Some(6), 4);

@@ -1,4 +1,4 @@
-//! Light from rectangles, with and without a picture, and from the ends of fibres.
+//! Light from rectangles, with and without an image, and from the ends of fibres.
 
 use crate::ends::support::*;
 use glam::DVec3;
@@ -10,7 +10,7 @@ use morgana_transport::{Orientation, Spectrum};
 use std::f64::consts::FRAC_PI_2;
 use testkit::{Family, Mass, Rng, Table, uniform_edges};
 
-/// The point of the plane of the rectangles at local coordinates.
+/// Point of the rectangles' plane at local coordinates.
 fn place([x, y]: [f64; 2]) -> DVec3 {
     let axes = along_axis();
     ORIGIN + axes.to_world(DVec3::X) * x + axes.to_world(DVec3::Y) * y
@@ -21,7 +21,7 @@ fn local(point: DVec3) -> [f64; 2] {
     [DVec3::X, DVec3::Y].map(|axis| axes.to_world(axis).dot(offset))
 }
 
-/// Bins whose edges are those of the rectangle, beyond which nothing may start.
+/// Starts are confined to the rectangle: edges of bins are the edges of the rectangle.
 #[test]
 fn starts_on_rectangles_follow_their_density() {
     let [width, height] = SIZE;
@@ -42,7 +42,8 @@ fn starts_on_rectangles_follow_their_density() {
         let table = Table::new(edges(width), edges(height));
         let draw = |rng: &mut Rng| Some(local(emit(&emitter, &[], rng.uniform())?.x));
         let sampled = |x| match &emitter {
-            // The density of a fibre's starts is that of its ends: what is emitted over its power and the density of directions.
+            // A fibre's starts have the density of its ends: emitted light over its power and the
+            // density of directions.
             Emitter::Fiber(fiber) => {
                 let (all, pdf) = (fiber.emitted(x, axis()).sum(), fiber.power().sum());
                 all / pdf / pdf_emit(&emitter, &end(), x, axis())
@@ -109,8 +110,8 @@ fn a_picture_is_the_right_way_round() {
     );
 }
 
-/// A share of the light within an angle, by the closed form of each profile, as an integral over what is emitted: a midpoint
-/// rule of 20000 points, with errors below 1e-7.
+/// The fraction of light within an angle, in closed form for each profile, equals an integral over
+/// the emission. The integral is a midpoint rule of 20000 points, with errors below 1e-7.
 #[test]
 fn cones_of_fibres_have_their_profiles() {
     let sin2 = ACCEPTANCE.sin().powi(2);
@@ -130,7 +131,7 @@ fn cones_of_fibres_have_their_profiles() {
         let fiber = fiber(profile, Spectrum::ONE);
         let across = axis().any_orthonormal_vector();
         let toward = |theta: f64| axis() * theta.cos() + across * theta.sin();
-        // Irradiance of the disc times the intensity per area.
+        // Multiply the disc's irradiance by the intensity per area.
         let intensity =
             |theta: f64| fiber.emitted(ORIGIN, toward(theta))[0] * std::f64::consts::PI * 0.09;
         for limit in [0.3 * all, 0.8 * all, all] {

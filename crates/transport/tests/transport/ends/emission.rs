@@ -1,4 +1,4 @@
-//! Light that leaves points and surfaces, and what holds for every emitter.
+//! Light emitted by points and surfaces, and properties of every emitter.
 
 use crate::ends::support::*;
 use glam::DVec3;
@@ -23,7 +23,8 @@ fn end_at(surface: bool) -> ConnectionEnd {
     }
 }
 
-/// p-value of the directions in which light leaves a point, with bins that end at a cosine of `rim`.
+/// Returns the p-value of the directions in which light leaves a point. Bins end at a cosine of
+/// `rim`.
 fn directions(emitter: &Emitter, shapes: &[morgana_transport::shape::Shape], rim: f64) -> f64 {
     let end = emit(emitter, shapes, [0.5; 4]).unwrap().end;
     let axis = match end {
@@ -41,7 +42,7 @@ fn directions(emitter: &Emitter, shapes: &[morgana_transport::shape::Shape], rim
     let draw = |rng: &mut Rng| {
         let [a, b] = rng.uniform();
         let emission = emit(emitter, shapes, [0.5, 0.5, a, b]);
-        // Nothing leaves along the rim of a spot, so those directions count as `None`.
+        // Count directions without light as `None`: nothing leaves along the rim of a spot.
         emission.map(|e| e.direction.to_array())
     };
     let pdf = |d: [f64; 3]| pdf_emit(emitter, &end, DVec3::ZERO, d.into());
@@ -88,7 +89,8 @@ fn directions_of_light_from_points_follow_their_density() {
     family.check().unwrap();
 }
 
-/// The ray is one to which a connection could have led, and its parts are what they are said to be.
+/// A connection could have led to the emitted ray, and the ray's parts agree with its reported
+/// values.
 #[test]
 fn an_emission_agrees_with_end_and_emitted() {
     let (shapes, mut rng) = (shapes(), Rng::new(3));
@@ -170,8 +172,8 @@ fn rays_that_are_never_drawn_have_density_zero() {
     assert_eq!(parallel(AROUND.radius * 1.001), 0.0);
 }
 
-/// What Mitsuba 3.9.1 says of the same projector, as intensities: nearest pixels, and bilinear between pixels of an
-/// image that repeats or is clamped.
+/// Compares intensities with Mitsuba 3.9.1 for one projector: nearest pixels, and bilinear between
+/// pixels of an image that repeats or is clamped.
 #[test]
 fn a_projector_throws_what_mitsubas_does() {
     let place = DVec3::new(1.0, 2.0, 3.0);
@@ -201,7 +203,8 @@ fn a_projector_throws_what_mitsubas_does() {
             filter,
             wrap,
         };
-        // Looking along +z with +y up, the image is the right way round for a look from behind the projector.
+        // Looking along +z with +y up, the image has the right orientation seen from behind the
+        // projector.
         let fov = 60f64.to_radians();
         let projector = Projector::new(place, Orientation::IDENTITY, fov, slide).unwrap();
         for ([x, y], expected) in table {

@@ -1,4 +1,4 @@
-//! Filters.
+//! Reconstruction filters.
 
 use crate::ends::support::FALSE_ALARM;
 use morgana_transport::film::{Filter, SignedFilter};
@@ -21,7 +21,7 @@ fn lanczos(lobes: u8) -> Filter {
     Filter::Signed(SignedFilter::lanczos(lobes))
 }
 
-/// Those with negative lobes, and a spline, which has none.
+/// Filters with negative lobes, and a spline, which has none.
 fn signed() -> [(&'static str, Filter); 5] {
     [
         ("Mitchell", cubic(1.0 / 3.0, 1.0 / 3.0)),
@@ -51,7 +51,7 @@ fn filters_are_sampled_by_their_density() {
     let mut family = Family::new(FALSE_ALARM);
     for (name, filter) in POSITIVE.into_iter().chain(signed()) {
         let radius = filter.radius();
-        // Half the bins lie beyond the support.
+        // Half of the bins lie beyond the support.
         let edges = uniform_edges(-2.0 * radius, 2.0 * radius, 32);
         let report = Table::new(edges.clone(), edges)
             .with_mass_tolerance(1e-6)
@@ -84,7 +84,7 @@ fn densities_of_filters_are_their_shapes() {
     }
 }
 
-/// Positions on the borders of pixels included.
+/// Tests positions on the borders of pixels, too.
 #[test]
 fn the_box_gives_each_position_to_one_pixel() {
     let width = 7;
@@ -101,7 +101,8 @@ fn the_box_gives_each_position_to_one_pixel() {
     }
 }
 
-/// Values by hand from Mitchell and Netravali's cubics and the window; shifted by whole pixels, cubics add up to one everywhere.
+/// Values by hand from Mitchell and Netravali's cubics and the window. Cubics shifted by whole
+/// pixels add up to one everywhere.
 #[test]
 fn filters_with_negative_lobes_have_their_values() {
     let mitchell = cubic(1.0 / 3.0, 1.0 / 3.0);
@@ -121,8 +122,9 @@ fn filters_with_negative_lobes_have_their_values() {
     assert!(ratio(1.0).abs() < 1e-12 && ratio(1.5) < -0.1 && ratio(3.1) == 0.0);
 }
 
-/// By the means of weights and of their products with squares of offsets: the integrals of the filter and of its second moment, which
-/// is 1/3 for the cubic spline and 0 for Catmull and Rom's cubics, by which quadratic images stay what they are.
+/// Means of weights, and of their products with squared offsets, are the integrals of the filter
+/// and of its second moment. The second moment is 1/3 for the cubic spline, and 0 for Catmull and
+/// Rom's cubics, which leave quadratic images unchanged.
 #[test]
 fn weighted_samples_are_the_filter() {
     let count = 1 << 20;
@@ -143,7 +145,7 @@ fn weighted_samples_are_the_filter() {
     }
 }
 
-/// Half of what the density of Hermite's cubics could reach is zero.
+/// Half of the range that the density of Hermite's cubics could have is zero.
 #[test]
 fn weights_are_finite_where_the_filter_ends() {
     let hermite = cubic(0.0, 0.0);

@@ -1,7 +1,8 @@
-//! Both ends of a path: sensors against the densities of their rays, emitters against those of the
-//! light that they send out, filters against theirs.
+//! Both ends of a path: sensors and emitters compared with the densities of their rays, and filters
+//! with their densities.
 //!
-//! False alarms: 1.4e-4 for each of the seven families here, so at most 1e-3 together. Seeds are fixed.
+//! False alarms: 1.4e-4 for each of the seven families here, so at most 1e-3 together. Seeds are
+//! fixed.
 
 mod apertures;
 mod emission;

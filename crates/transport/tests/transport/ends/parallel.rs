@@ -1,4 +1,4 @@
-//! Parallel light: where its rays start.
+//! Starts of rays of parallel light.
 
 use crate::ends::support::*;
 use glam::DVec3;
@@ -7,8 +7,8 @@ use morgana_transport::emitter::Emitter;
 use std::f64::consts::PI;
 use testkit::{Family, Mass, Rng, Table, uniform_edges};
 
-/// p-value of the starts of parallel rays, within `reach` of the axis through `center`. The density of
-/// a start does not depend on the direction, which for environments is another for each ray.
+/// Returns the p-value of the starts of parallel rays, within `reach` of the axis through `center`.
+/// The density of a start does not depend on the direction, which environments choose per ray.
 fn starts(emitter: &Emitter, center: DVec3, reach: f64) -> f64 {
     let table = Table::new(uniform_edges(0.0, reach, 12), uniform_edges(-PI, PI, 16));
     let draw = |rng: &mut Rng| {
@@ -21,7 +21,7 @@ fn starts(emitter: &Emitter, center: DVec3, reach: f64) -> f64 {
         beam: false,
     };
     let pdf = |p: [f64; 2]| {
-        // r is the area element.
+        // The factor r is the area element.
         p[0] * pdf_emit(emitter, &end, from_polar(p, center, axis()), axis())
     };
     table
@@ -36,9 +36,9 @@ fn starts_of_parallel_light_follow_their_density() {
     for (name, emitter) in emitters(color()) {
         let (center, reach) = match &emitter {
             Emitter::Directional { .. } | Emitter::Environment(_) => (AROUND.center, AROUND.radius),
-            // They have a test of their own.
+            // Rectangles have their own test.
             Emitter::Collimated(_) if matches!(name, "rectangle" | "picture") => continue,
-            // Gaussian deviates of up to 8.6 standard deviations of half a waist occur.
+            // Gaussian deviates reach up to 8.6 standard deviations of half a waist.
             Emitter::Collimated(beam) if name == "Gaussian beam" => {
                 (beam.origin(), 4.4 * beam.radius())
             }
@@ -51,7 +51,7 @@ fn starts_of_parallel_light_follow_their_density() {
     family.check().unwrap();
 }
 
-/// Parallel light starts outside the ball and every ray of it that meets the ball can be drawn.
+/// Parallel light starts outside the ball, and every ray that meets the ball can be drawn.
 #[test]
 fn light_from_infinity_fills_the_surroundings() {
     let mut rng = Rng::new(6);

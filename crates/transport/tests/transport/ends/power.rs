@@ -1,29 +1,30 @@
-//! The mean weight of emissions is the emitter's power, and so is what it states.
+//! The mean weight of emissions is the emitter's power, and equals the reported power.
 
 use crate::ends::support::*;
 use morgana_transport::shape::Shape;
 use std::f64::consts::{PI, TAU};
 use testkit::{Family, Moments, Rng, z_test};
 
-/// Total power over the colour, in closed form; for light from infinity, the power that enters the
+/// Total power over the colour, in closed form. For light from infinity it is the power through a
 /// disc as wide as the surroundings.
 fn power(name: &str, shapes: &[Shape]) -> f64 {
     let disc = PI * AROUND.radius * AROUND.radius;
     match name {
         "point" => 4.0 * PI,
-        // 2π ∫ sin θ dθ up to the beam's width, and beyond it times a ramp down to the cutoff.
+        // Integrate 2π ∫ sin θ dθ up to the beam's width, and with a linear ramp from there to the
+        // cutoff.
         "spot" => TAU * (1.0 - (CUTOFF.sin() - BEAM_WIDTH.sin()) / (CUTOFF - BEAM_WIDTH)),
         "slide" => slide_power(),
         "parallelogram" => PI * shapes[0].area(),
         "ellipsoid" => PI * shapes[1].area(),
-        // Pixels times their shares of the sphere, which are those of their solid angles.
+        // Weight pixels by their fractions of the sphere, which are their solid angles.
         "globe" => PI * shapes[2].area() * globe() / (4.0 * PI),
         "directional" => disc,
         "constant" => 4.0 * PI * disc,
         "envmap" => sky() * disc,
         "sun" => TAU * (1.0 - HALF_ANGLE.cos()) * disc,
-        // π times the mean pixel times the area of the screen at unit distance: an image that repeats has the mean of
-        // its pixels, however it is interpolated.
+        // π times the mean pixel times the area of the screen at unit distance. A repeated image
+        // has the mean of its pixels for any interpolation.
         "projector" => {
             let (width, height) = IMAGE;
             let mean = (0..width * height).map(pixel).sum::<f64>() / (width * height) as f64;
@@ -38,9 +39,10 @@ fn power(name: &str, shapes: &[Shape]) -> f64 {
     }
 }
 
-/// ∫ ramp × picture dΩ of a spot that throws a picture, on the plane across its axis on which the cone is the unit disc:
-/// dΩ = t² cos³θ dA with t the tangent of the cutoff. Bilinear between the centres of pixels, those at the edges constant
-/// beyond (as mirrored ones are). A midpoint rule of 2000² points, whose errors are below 1e-6 for pixels as smooth.
+/// ∫ ramp × image dΩ of a spot with an image, on the plane across its axis on which the cone is the
+/// unit disc: dΩ = t² cos³θ dA with t the tangent of the cutoff. The image is bilinear between
+/// pixel centres, and constant beyond the outer ones (as if mirrored). A midpoint rule of 2000²
+/// points; its errors are below 1e-6 for such smooth pixels.
 fn slide_power() -> f64 {
     const POINTS: usize = 2000;
     let (width, height) = IMAGE;
@@ -70,8 +72,9 @@ fn slide_power() -> f64 {
     mean * 4.0 * tan * tan
 }
 
-/// ∫ radiance over all directions of an environment map, which is linear in colatitude between rows of pixels of which
-/// the first and the last lie at the poles: Simpson's rule in each of many pieces. Errors are below 1e-9.
+/// ∫ radiance over all directions of an environment map. The map is linear in colatitude between
+/// rows of pixels, the first and last of which lie at the poles. Simpson's rule on many pieces,
+/// with errors below 1e-9.
 fn sky() -> f64 {
     let (width, height) = IMAGE;
     let rows: Vec<f64> = (0..height)
@@ -87,7 +90,7 @@ fn sky() -> f64 {
     let step = PI / pieces as f64;
     let simpson = |k: usize| {
         let at = |t: f64| radiance((k as f64 + t) * step);
-        // The ends lie just within the piece: the radiance has a kink at rows of pixels.
+        // The ends lie just within the piece, because the radiance has a kink at rows of pixels.
         (at(1e-12) + 4.0 * at(0.5) + at(1.0 - 1e-12)) / 6.0
     };
     TAU / width as f64 * step * (0..pieces).map(simpson).sum::<f64>()

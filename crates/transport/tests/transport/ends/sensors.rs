@@ -1,4 +1,4 @@
-//! Sensors.
+//! Sensors: densities of their rays, and positions of their ends.
 
 use crate::ends::support::{FALSE_ALARM, axis, random_map};
 use glam::{DAffine3, DVec2, DVec3};
@@ -30,7 +30,8 @@ fn sensors(map: DAffine3) -> [(&'static str, Sensor); 4] {
     ]
 }
 
-/// Calls `f` for sensors with many maps, each with positions on and around the image and on the lens.
+/// Calls `f` for sensors with many maps, each with positions on and around the image and on the
+/// lens.
 fn for_many(seed: u64, mut f: impl FnMut(&'static str, &Sensor, [f64; 2], [f64; 2])) {
     let mut rng = Rng::new(seed);
     for _ in 0..200 {
@@ -61,7 +62,7 @@ fn nothing_is_sensed_behind_the_sensor() {
     });
 }
 
-/// What a ray's small change is to its solid angle or to its area across the rays.
+/// Small change of a ray, as it enters its solid angle or its area across the rays.
 fn difference(parallel: bool, a: SensorRay, b: SensorRay) -> DVec3 {
     if parallel {
         a.origin - b.origin
@@ -70,7 +71,7 @@ fn difference(parallel: bool, a: SensorRay, b: SensorRay) -> DVec3 {
     }
 }
 
-/// `density` is |∂(image)/∂(ray)|, by central differences.
+/// `density` agrees with central differences of |∂(image)/∂(ray)|.
 #[test]
 fn the_density_is_the_jacobian_of_the_ray() {
     let h = 1e-5;
@@ -94,14 +95,14 @@ fn the_density_is_the_jacobian_of_the_ray() {
     });
 }
 
-/// Enough not to miss a corner of the image in a bin.
+/// Effort sufficient to see a corner of the image in a bin.
 const EFFORT: Effort = Effort {
     tolerance: 1e-6,
     min_depth: 3,
     max_depth: 9,
 };
 
-/// The density of a ray, or zero beyond the image.
+/// Density of a ray, or zero beyond the image.
 fn density(sensor: &Sensor, start: DVec3, direction: DVec3) -> f64 {
     let inside = |image: [f64; 2]| image.iter().all(|x| (0.0..=1.0).contains(x));
     sensor
@@ -110,10 +111,10 @@ fn density(sensor: &Sensor, start: DVec3, direction: DVec3) -> f64 {
         .map_or(0.0, |s| s.density)
 }
 
-/// p-value of the directions that leave a fixed point of the sensor.
+/// Returns the p-value of the directions that leave a fixed point of the sensor.
 fn directions(sensor: &Sensor, lens: [f64; 2]) -> f64 {
     let center = sensor.ray([0.5; 2], lens);
-    // The border of the image runs through the bins; sheared, the image reaches beyond the horizon.
+    // The border of the image crosses bins. If the image is sheared, it reaches beyond the horizon.
     let table = DirectionTable::uniform(center.direction.to_array(), 32, 16)
         .with_effort(EFFORT)
         .with_mass_tolerance(1e-3);
@@ -125,7 +126,7 @@ fn directions(sensor: &Sensor, lens: [f64; 2]) -> f64 {
         .p_value
 }
 
-/// p-value of the positions of parallel rays.
+/// Returns the p-value of the positions of parallel rays.
 fn positions(sensor: &Sensor) -> f64 {
     let SensorRay { origin, direction } = sensor.ray([0.5; 2], [0.5; 2]);
     let frame = Frame::from_normal(direction);
@@ -165,7 +166,8 @@ fn rays_follow_the_density() {
     family.check().unwrap();
 }
 
-/// A connection aims where the rays start, and at parallel rays along their direction.
+/// A connection leads to the start of the sensor's rays; for parallel rays, it arrives along their
+/// direction.
 #[test]
 fn ends_are_where_rays_start() {
     for_many(5, |name, sensor, image, lens| {
@@ -190,7 +192,7 @@ fn ends_are_where_rays_start() {
     });
 }
 
-/// The density of an end is one over the area of the polygon that the rim of the lens nearly is.
+/// The density of an end is one over the area of a polygon that approximates the rim of the lens.
 #[test]
 fn ends_are_uniform_over_the_lens() {
     let mut rng = Rng::new(6);
@@ -205,7 +207,7 @@ fn ends_are_uniform_over_the_lens() {
                 continue;
             }
             let rim = |i: usize| {
-                // The four sides of the unit square are mapped to the rim, one after the other.
+                // The map takes the four sides of the unit square to the rim, one after the other.
                 let a = (i % 1000) as f64 / 1000.0;
                 let sides = [[a, 0.0], [1.0, a], [1.0 - a, 1.0], [0.0, 1.0 - a]];
                 sensor.ray([0.5; 2], sides[i / 1000 % 4]).origin - sensor.position()
@@ -217,7 +219,7 @@ fn ends_are_uniform_over_the_lens() {
     }
 }
 
-/// A disc with its middle covered.
+/// A disc with a covered middle.
 fn covered(obscuration: f64) -> ApertureShape {
     let iris = Iris {
         obscuration,
@@ -245,7 +247,8 @@ fn an_obscured_lens_is_a_ring() {
     assert!((mean_square - 0.225).abs() < 1e-5, "{mean_square}");
 }
 
-/// An axis that no map of the tests is aligned with: grazing rays overflow to nothing, not to NaN.
+/// Tests an axis with which no map of the tests is aligned: grazing rays overflow to no ray, not to
+/// NaN.
 #[test]
 fn rays_along_the_plane_of_the_lens_are_not_sensed() {
     for (name, sensor) in sensors(DAffine3::IDENTITY) {
@@ -258,8 +261,8 @@ fn rays_along_the_plane_of_the_lens_are_not_sensed() {
     }
 }
 
-/// Slopes of a telecentric camera: moments of the half disc that a knife edge leaves, against
-/// ∫t dA = −2R³/3 and ∫t² dA = πR⁴/8, over its area; of the whole disc, and of a ring.
+/// Slopes of a telecentric camera. Their moments over the half disc beside a knife edge are ∫t dA =
+/// −2R³/3 and ∫t² dA = πR⁴/8, over its area. The whole disc and a ring are tested, too.
 #[test]
 fn slopes_fill_the_open_part_of_the_stop() {
     const R: f64 = 0.3;

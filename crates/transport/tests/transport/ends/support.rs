@@ -1,4 +1,4 @@
-//! Emitters of every kind, and transforms of every kind.
+//! Emitters and transforms of every kind.
 
 use glam::{DAffine2, DAffine3, DMat3, DVec3};
 use morgana_transport::connection_end::ConnectionEnd;
@@ -21,7 +21,7 @@ pub const AROUND: Surroundings = Surroundings {
     radius: 2.5,
 };
 
-/// Half angles of the spot.
+/// Half-angles of the spot, in radians.
 pub const CUTOFF: f64 = 0.9;
 pub const BEAM_WIDTH: f64 = 0.4;
 
@@ -33,7 +33,8 @@ pub fn color() -> Spectrum {
     Spectrum([0.5, 1.0, 2.0, 0.0])
 }
 
-/// Columns of different lengths at any angles, right- or left-handed, well away from singular.
+/// A random map: columns of different lengths at any angles, right- or left-handed, far from
+/// singular.
 pub fn random_map(rng: &mut Rng) -> DAffine3 {
     loop {
         let mut column = || DVec3::from_array(rng.direction()) * rng.range(-1.5, 1.5).exp();
@@ -75,7 +76,7 @@ pub fn pixel(i: usize) -> f64 {
     0.25 + ((i * 7) % 5) as f64
 }
 
-/// Turned around the axis, by an angle in radians.
+/// An orientation turned around the axis by an angle in radians.
 fn turned(angle: f64) -> Orientation {
     Orientation::nearest(DMat3::from_axis_angle(axis(), angle))
         .unwrap()
@@ -90,7 +91,7 @@ fn image(color: Spectrum) -> Environment {
 /// Half the angle of a disc in the sky, in radians.
 pub const HALF_ANGLE: f64 = 0.3;
 
-/// Width of what a projector throws, in radians.
+/// Angular width of the projector's image, in radians.
 pub const FOV: f64 = 1.2;
 
 pub fn projector(color: Spectrum) -> Emitter {
@@ -107,11 +108,11 @@ fn picture(color: Spectrum) -> Slide {
     }
 }
 
-/// Centre, width and height of rectangles of light.
+/// Centre, width and height of the rectangles of light.
 pub const ORIGIN: DVec3 = DVec3::new(0.3, 0.1, -2.0);
 pub const SIZE: [f64; 2] = [0.7, 0.4];
 
-/// A rectangle across [`axis`], with or without a picture of this colour.
+/// A rectangle across [`axis`], with or without an image of this colour.
 pub fn rectangle(of: Option<Spectrum>) -> Aperture {
     let [width, height] = SIZE;
     match of {
@@ -123,7 +124,7 @@ pub fn rectangle(of: Option<Spectrum>) -> Aperture {
     }
 }
 
-/// Half angle of the cone of fibres.
+/// Half-angle of the cone of fibres, in radians.
 pub const ACCEPTANCE: f64 = 0.5;
 
 pub fn fiber(profile: AngularProfile, power: Spectrum) -> Fiber {
@@ -138,7 +139,7 @@ pub fn along_axis() -> Orientation {
     Orientation::nearest(turn).unwrap().0
 }
 
-/// A spot that throws a picture.
+/// A spot that projects an image.
 pub fn slide(color: Spectrum) -> Emitter {
     let plain = Spot::new(DVec3::X, axis(), color, CUTOFF, BEAM_WIDTH);
     let pixels = (0..IMAGE.0 * IMAGE.1).map(|i| pixel(i) as f32).collect();
@@ -148,7 +149,7 @@ pub fn slide(color: Spectrum) -> Emitter {
     plain.with_texture(along_axis(), texture).unwrap().into()
 }
 
-/// A ball with a picture on it.
+/// A ball with an image texture.
 fn globe(color: Spectrum) -> Emitter {
     let lit = |i: usize| color.0[..3].iter().map(move |c| (c * pixel(i)) as f32);
     let pixels = (0..IMAGE.0 * IMAGE.1).flat_map(lit).collect();
@@ -159,7 +160,8 @@ fn globe(color: Spectrum) -> Emitter {
     Emitter::Textured(Arc::new(light.unwrap()))
 }
 
-/// Intensities that fall linearly with the polar angle, times a factor that is 1 on average over azimuths.
+/// An emitter whose intensity falls linearly with the polar angle, times a factor with mean 1 over
+/// azimuths.
 pub fn light(color: Spectrum) -> Emitter {
     let (polar, azimuths) = (vec![0.0, 60.0, 180.0], vec![0.0, 90.0, 180.0, 360.0]);
     let rows = [0.5, 1.0, 1.5, 0.5].map(|f| {
@@ -173,8 +175,8 @@ pub fn light(color: Spectrum) -> Emitter {
     Emitter::Luminaire(Arc::new(light.unwrap()))
 }
 
-/// One emitter of each kind with the given intensity, radiance, irradiance or power. The index of the
-/// object of an area emitter is that of [`shapes`].
+/// Returns one emitter of each kind with the given intensity, radiance, irradiance or power.
+/// Objects of area emitters are indices into [`shapes`].
 pub fn emitters(color: Spectrum) -> Vec<(&'static str, Emitter)> {
     let area = |object| Emitter::Area {
         object,
@@ -225,7 +227,7 @@ pub fn emitters(color: Spectrum) -> Vec<(&'static str, Emitter)> {
     let focused = fiber(AngularProfile::Uniform, color).with_focus(0.6);
     all.push(("focused fibre", focused.into()));
     all.push(("globe", globe(color)));
-    // A black image cannot be made.
+    // Skip images for black: a black image is invalid.
     if !color.is_zero() {
         all.push(("envmap", Emitter::Environment(image(color))));
         all.push(("projector", projector(color)));
@@ -237,7 +239,7 @@ pub fn emit(emitter: &Emitter, shapes: &[Shape], u: [f64; 4]) -> Option<Emission
     emitter.emit(&AROUND, |i| &shapes[i], u)
 }
 
-/// The density of a ray, asked for afterwards.
+/// Returns the density of a ray, evaluated afterwards.
 pub fn pdf_emit(emitter: &Emitter, end: &ConnectionEnd, x: DVec3, direction: DVec3) -> f64 {
     emitter.pdf_emit(&AROUND, end, x, direction)
 }

@@ -1,4 +1,5 @@
-//! Area lights with textures: powers in closed form and by sums over points, points against their density.
+//! Area lights with textures. Powers are compared with closed forms and sums over points, and
+//! sampled points with their density.
 
 use crate::ends::support::*;
 use glam::{DAffine2, DAffine3, DMat3, DVec2, DVec3};
@@ -29,13 +30,13 @@ fn grey(v: f64) -> Texture {
     Texture::Uniform(Spectrum::splat(v))
 }
 
-/// Turned, scaled, sheared and moved.
+/// A rotation, scale, shear and translation.
 fn slanted() -> DAffine2 {
     DAffine2::from_scale_angle_translation(DVec2::new(1.7, -2.3), 0.6, DVec2::new(0.2, 0.9))
         * DAffine2::from_cols(DVec2::X, DVec2::new(0.3, 1.0), DVec2::ZERO)
 }
 
-/// Turned, moved and scaled alike in all directions.
+/// A rotation, translation and uniform scale.
 fn similarity() -> DAffine3 {
     let turn = DMat3::from_axis_angle(axis(), 0.7);
     DAffine3::from_mat3_translation(turn * 1.3, DVec3::new(0.2, 0.4, -1.0))
@@ -79,7 +80,7 @@ fn can() -> Shape {
     Cylinder::new(similarity(), true).unwrap().into()
 }
 
-/// ∫ of row (or column) weights times nearest pixels over the unit square, as a share of it.
+/// Mean over the unit square of nearest pixels with weights of rows or columns.
 fn mean_of_pixels(weight: impl Fn([f64; 2], [f64; 2]) -> f64) -> f64 {
     let part = |i: usize| {
         let (x, y) = ((i % 4) as f64, (i / 4) as f64);
@@ -95,10 +96,11 @@ fn powers_in_closed_form() {
     let nearest = || picture(nearest, Wrap::Repeat, plain);
     let width = |[a, b]: [f64; 2]| b - a;
     let mean = mean_of_pixels(|u, v| width(u) * width(v));
-    // Zones of a sphere between two angles from its pole; rings of a disk.
+    // Fractions of zones of a sphere between two angles from its pole, and of rings of a disk.
     let zone = |[a, b]: [f64; 2]| 0.5 * ((PI * a).cos() - (PI * b).cos());
     let ring = |[a, b]: [f64; 2]| b * b - a * a;
-    // Four rows of pixels, linear between their latitudes: by the moments ∫ sin πv dv and ∫ v sin πv dv.
+    // Four rows of pixels, linear between their latitudes, by the moments ∫ sin πv dv and ∫ v sin
+    // πv dv.
     let rows = Bitmap::new(
         [1, 4],
         1,
@@ -120,7 +122,7 @@ fn powers_in_closed_form() {
     let latitudes = 0.5 * PI * zones.sum::<f64>();
     let (side, cap) = (TAU * 1.69, PI * 1.69);
     let rings = mean_of_pixels(|u, v| ring(u) * width(v));
-    // From pixels 1 and 3 at r = ¼ and ¾: 2∫ r L dr.
+    // Pixels 1 and 3 at r = ¼ and ¾: 2∫ r L dr.
     let two = Bitmap::new(
         [2, 1],
         1,
@@ -188,7 +190,8 @@ fn colours_of_vertices_shine_with_their_mean_over_each_triangle() {
     );
 }
 
-/// Sums over a grid of points of equal area, which err by a share of the cells that lines of the texture cross.
+/// Power by a sum over a grid of points of equal area. Its error is a fraction of the cells that
+/// lines of the texture cross.
 #[test]
 fn powers_by_sums_over_points() {
     const N: usize = 1500;
@@ -243,7 +246,8 @@ fn points_have_the_density_that_is_stated() {
     }
 }
 
-/// Points against their density over texture coordinates, with bins between the lines of the emitter's table.
+/// Sampled points agree with their density over texture coordinates. Bins lie between the lines of
+/// the emitter's table.
 #[test]
 fn points_follow_their_density() {
     const CELLS: usize = 128;
@@ -251,7 +255,7 @@ fn points_follow_their_density() {
     let polar = even().iter().map(|z| (1.0 - 2.0 * z).acos() / PI).collect();
     let radial = even().iter().map(|a| a.sqrt()).collect();
     type Place = fn([f64; 2]) -> (DVec3, f64);
-    // The local point and the area per unit of the table, before the shape is scaled.
+    // Returns the local point, and the area per unit of the table before the shape is scaled.
     let flat: Place = |[u, v]| (DVec3::new(2.0 * u - 1.0, 2.0 * v - 1.0, 0.0), 4.0);
     let ball: Place = |[u, v]| {
         let ((y, x), (sin, cos)) = ((u * TAU).sin_cos(), (v * PI).sin_cos());
@@ -304,7 +308,7 @@ fn points_follow_their_density() {
     family.check().unwrap();
 }
 
-/// The table knows where the light is: weights of points vary far less than radiances.
+/// The table follows the light: weights of points vary far less than radiances.
 #[test]
 fn bright_parts_are_sampled_more_often() {
     let shape = rectangle();
@@ -314,7 +318,7 @@ fn bright_parts_are_sampled_more_often() {
         let [a, b] = rng.uniform();
         emit(&emitter, std::slice::from_ref(&shape), [a, b, 0.5, 0.5]).is_some()
     });
-    // Nineteen of twenty: a tenth is spread evenly over the half that is dark, too.
+    // Expect nineteen of twenty: a tenth of the samples is uniform, over the dark half too.
     let lit = lit.count();
     assert!((9_400..9_600).contains(&lit), "{lit}");
 }

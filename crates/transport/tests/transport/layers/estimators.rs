@@ -1,4 +1,4 @@
-//! Estimators agree layer by layer.
+//! Agreement of estimators layer by layer.
 
 use super::{bins, bounded, estimators, means, shoot};
 use crate::common::{camera, container, fog, parts, vacuum};
@@ -16,12 +16,13 @@ use testkit::batches::{moments, welch};
 
 const RATE: f64 = 1e-3;
 const BATCHES: u64 = 16;
-/// Layers with less than this share of the light are left out: their means are far from normal.
+/// Smallest fraction of light of a layer that is compared: the means of fainter layers are far from
+/// normal.
 const LEAST: f64 = 0.02;
-/// How well a layer must be known: deviations of five times this are found.
+/// Largest relative error of a layer; deviations of five times this error are found.
 const WORST: f64 = 0.06;
 
-/// A graded ball of fog in a beam from one side, and below an emitter.
+/// A graded ball of fog, lit by a beam from one side and an emitter above.
 fn fog_in_beam() -> Parts {
     let index = Gaussian::new(1.0, 0.1, DVec3::ZERO, 0.4).unwrap();
     let ball = container(Sphere::around(DVec3::ZERO, 1.0).unwrap(), Bsdf::Null);
@@ -95,8 +96,8 @@ fn estimators_agree_in_every_bin() {
     family.check().unwrap();
 }
 
-/// For estimators whose paths depend on the longest one: in the mean, layers of bounces are differences of
-/// renders.
+/// Layers of bounces are on average differences of renders with different longest paths; this holds
+/// for estimators whose paths depend on the longest one.
 #[test]
 fn bounces_are_differences_of_depths_in_the_mean() {
     let by_bounces = Decomposition {

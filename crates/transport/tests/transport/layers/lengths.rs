@@ -1,4 +1,4 @@
-//! Optical lengths in closed form: parallel light, seen by a parallel view, has one length only.
+//! Optical lengths in closed form: parallel light seen by a parallel view has a single length.
 
 use super::{bins, bounded, means, shoot};
 use crate::common::{container, fog, parts, sky, vacuum};
@@ -13,7 +13,7 @@ use morgana_transport::shape::{Cube, Disk, Shape, Sphere};
 use morgana_transport::{Scene, Spectrum};
 use std::f64::consts::FRAC_PI_2;
 
-/// At `position`, local z along ±z of the world.
+/// A map to `position`, with local z along ±z of the world.
 fn facing(position: DVec3, along: f64, scale: f64) -> DAffine3 {
     DAffine3 {
         matrix3: DMat3::from_diagonal(DVec3::new(along, 1.0, along) * scale),
@@ -40,7 +40,7 @@ fn beam(z: f64, along: f64) -> Emitter {
     ))
 }
 
-/// A parallel view from the plane z = 3 down to z = 0, through absorbing matter of index 1.33 in
+/// A parallel view from the plane z = 3 down to z = 0, through an absorbing medium of index 1.33 in
 /// [0.5, 1.5].
 fn tank(mut objects: Vec<Object>, emitter: Emitter) -> Parts {
     let water = Cube::new(facing(DVec3::Z, 1.0, 0.5)).unwrap();
@@ -50,7 +50,7 @@ fn tank(mut objects: Vec<Object>, emitter: Emitter) -> Parts {
     parts(objects, media, vec![emitter], Sensor::Orthographic(view))
 }
 
-/// Asserts that every estimator finds all its light between two lengths.
+/// Asserts that every estimator finds all of its light between two lengths.
 fn all_within(parts: &Parts, low: f64, high: f64, depth: u32) {
     let decomposition = Decomposition {
         length: bins(low, high - low, 1),
@@ -88,7 +88,7 @@ fn light_from_outside_counts_from_the_ball_around_the_scene() {
     let parts = tank(vec![wall], sun);
     let around = *Scene::new(parts.clone()).unwrap().around();
     all_at(&parts, around.center.z + around.radius + 0.33 + 3.33);
-    // A sky that is seen straight ahead, or as good as.
+    // View a sky straight ahead.
     let mut parts = tank(vec![], sky());
     let around = *Scene::new(parts.clone()).unwrap().around();
     let ahead = 3.33 - (around.center.z - around.radius);
@@ -109,7 +109,7 @@ fn an_area_light_counts_from_its_surface() {
     all_at(&tank(vec![light], emitter), 3.33);
 }
 
-/// A point light 0.5 from the part of a wall that is looked at, which is 0.06 wide to either side.
+/// A point light is 0.5 away from the visible part of a wall, which extends 0.06 to either side.
 #[test]
 fn a_point_light_counts_from_its_place() {
     let wall = opaque(Disk::new(facing(DVec3::ZERO, 1.0, 1.0)).unwrap(), 0.5);
@@ -123,9 +123,10 @@ fn a_point_light_counts_from_its_place() {
     all_within(&parts, 0.5 + 3.33 - 0.06, 0.5 + 3.33 + 0.06, 2);
 }
 
-/// All parallel rays through a Luneburg ball of radius 1 have the optical length 1 + π/2 from the plane that
-/// touches it to the focus opposite, here there and back. The wall stands 0.01 before the focus, for at the
-/// focus itself the irradiance is infinite: up to 0.01/cos 30° are missing each way.
+/// All parallel rays through a Luneburg ball of radius 1 have the optical length 1 + π/2 from the
+/// plane that touches it to the focus opposite; here they go there and back. The wall stands 0.01
+/// in front of the focus, because the irradiance at the focus is infinite; each way is therefore up
+/// to 0.01/cos 30° shorter.
 #[test]
 fn all_rays_of_a_luneburg_ball_are_equally_long() {
     let lens = container(Sphere::around(DVec3::ZERO, 1.0).unwrap(), Bsdf::Null);

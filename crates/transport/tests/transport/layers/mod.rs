@@ -1,7 +1,7 @@
-//! Films whose light is told apart by optical length, bounces and emitters.
+//! Films that separate light by optical length, bounces and emitters.
 //!
-//! Statistical tests compare means over independent batches by Welch's t-test, at a false-alarm rate of 1e-3
-//! for each test over all its comparisons.
+//! Statistical tests compare means over independent batches by Welch's t-test, at a false-alarm
+//! rate of 1e-3 for each test over all its comparisons.
 
 use crate::common::path_tracer;
 
@@ -26,7 +26,7 @@ fn estimators() -> [Integrator; 3] {
     ]
 }
 
-/// All estimators with a longest path.
+/// All estimators with a longest path of `max_depth`.
 pub fn bounded(max_depth: u32) -> [Integrator; 3] {
     let max_depth = Some(max_depth);
     [
@@ -50,7 +50,7 @@ fn bins(min: f64, width: f64, count: usize) -> Option<Bins> {
     Some(Bins { min, max, count })
 }
 
-/// Renders with light told apart.
+/// Renders with a decomposition of light.
 fn shoot(
     (integrator, decomposition): (Integrator, Decomposition),
     parts: &Parts,
@@ -65,7 +65,7 @@ fn shoot(
     render(&scene, &options, |_| ControlFlow::Continue(()))
 }
 
-/// Mean over the image of every layer.
+/// Means over the image, one per layer.
 fn means(rendering: &Rendering) -> Vec<f64> {
     let layers = rendering.film.layers().unwrap().decomposition().layers();
     let mean = |layer| rendering.film.layer_summary(layer).0;

@@ -1,4 +1,4 @@
-//! What must be equal up to rounding, or bit for bit.
+//! Sums of layers that must be equal to rounding, or bit for bit.
 
 use super::{bins, estimators, means, shoot};
 use crate::common::{camera, container, fog, glass, parts, sky, vacuum};
@@ -63,7 +63,7 @@ fn layers_add_up_to_the_image() {
             assert!((sum - f64::from(value)).abs() < tolerance, "{sum} {value}");
         }
         let sum: f64 = means(&rendering).iter().sum();
-        // So much may be lost in each sum of 24 samples.
+        // Rounding bound for a sum of 24 samples.
         let bound = 24.0 * 2f64.powi(-33);
         assert!((sum / scale - 1.0).abs() < bound, "{sum} {scale}");
     }
@@ -80,7 +80,7 @@ fn layers_change_nothing_about_the_image() {
     }
 }
 
-/// With one bin that holds everything, layers know what the image knows, errors included.
+/// A single bin that contains everything equals the image, including errors.
 #[test]
 fn one_layer_is_the_image() {
     let one = Decomposition {
@@ -131,7 +131,7 @@ fn layers_do_not_depend_on_threads_and_passes() {
     }
 }
 
-/// Light by the number of bounces of its paths, the sum over some samples.
+/// Light of some samples by number of bounces.
 fn by_bounces(scene: &Scene, max_depth: Option<u32>) -> [f64; 4] {
     let tracer = PathTracer {
         max_depth,
@@ -154,8 +154,8 @@ fn by_bounces(scene: &Scene, max_depth: Option<u32>) -> [f64; 4] {
     sums
 }
 
-/// Where nothing bends rays, and no pilot looked at them, the path tracer draws the same paths whatever their longest
-/// length: a longest one cuts off all that has more bounces, and nothing else.
+/// Without bent rays and pilots, the path tracer draws identical paths whatever the longest length.
+/// A longest length cuts off light with more bounces, and nothing else.
 #[test]
 fn a_longest_path_leaves_out_more_bounces() {
     let mut parts = ball(Constant::new(1.0), Bsdf::Null);
@@ -170,7 +170,7 @@ fn a_longest_path_leaves_out_more_bounces() {
     }
 }
 
-/// Layers of emitters, dimmed and brightened, are the image of emitters that are.
+/// Scaled layers of emitters add up to the image of scaled emitters.
 #[test]
 fn emitters_can_be_weighed_afterwards() {
     let by_emitter = Decomposition {
@@ -185,7 +185,7 @@ fn emitters_can_be_weighed_afterwards() {
     other.emitters[1] = Emitter::Environment(morgana_transport::emitter::Environment::Constant(
         Spectrum::splat(2.0),
     ));
-    // How paths are sampled depends on how bright emitters are: the two agree in the mean.
+    // Compare means: the brightness of emitters determines how paths are sampled.
     for integrator in estimators() {
         let film = shoot((integrator, by_emitter), &lens(), 96, 7).film;
         let [(dim, dim_error), (bright, bright_error)] = [0, 1].map(|l| film.layer_summary(l));

@@ -1,4 +1,4 @@
-//! Meters with fields that no meter can have are refused, by number, field and value.
+//! Invalid meters are refused, with number, field and value.
 
 use crate::meters::support::*;
 use glam::{DAffine3, DVec3};
@@ -34,7 +34,7 @@ fn grid() -> FluenceMeter {
     fluence(Coordinates::Cartesian, [2; 3], DAffine3::IDENTITY)
 }
 
-/// What is said of a meter that stands behind one that is as it should be.
+/// Returns the error message for a meter behind a valid one.
 fn wrong(meter: Meter) -> String {
     let meters = [Meter::Irradiance(plain()), meter];
     let refused = MeasureState::new(from_ref(&scene()), &meters);
@@ -143,13 +143,13 @@ fn bins_hold_values() {
     }
     let nowhere = DAffine3::from_translation(DVec3::NAN);
     assert!(MeterGrid::new(Coordinates::Cartesian, [2; 3], nowhere).is_none());
-    // Its inverse moves by 1e310.
+    // Its inverse translates by 1e310.
     let mut far = DAffine3::from_scale(DVec3::splat(1e-10));
     far.translation = DVec3::splat(1e300);
     assert!(MeterGrid::new(Coordinates::Cartesian, [2; 3], far).is_none());
 }
 
-/// Derivatives are refused of what is not measured.
+/// Derivatives of quantities that are not measured are refused.
 #[test]
 fn derivatives_are_of_meters_that_can_measure() {
     let meter = Meter::Irradiance(IrradianceMeter {

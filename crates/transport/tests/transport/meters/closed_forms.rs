@@ -1,4 +1,4 @@
-//! Values that are known exactly.
+//! Readings with exact closed forms.
 
 use crate::meters::support::*;
 use eikonal::field::{Constant, Luneburg};
@@ -15,7 +15,7 @@ use morgana_transport::{Scene, Spectrum};
 use std::f64::consts::PI;
 use testkit::z_test::max_abs_z;
 
-/// A beam along z through the cube [−1, 1]³ of a medium that only absorbs.
+/// A beam along z through the cube [−1, 1]³ of a purely absorbing medium.
 fn absorber(sigma: [f64; 3], channels: usize) -> Parts {
     let mut medium = fog(Constant::new(1.3), 1.0, 0.0, 0.0);
     medium.sigma_t = VolumeTexture::Uniform(Spectrum([sigma[0], sigma[1], sigma[2], 0.0]));
@@ -40,7 +40,7 @@ fn slices(sigma: f64, count: usize) -> impl Iterator<Item = f64> {
 
 #[test]
 fn a_beam_is_attenuated_exponentially() {
-    // Slices across the beam: ∫ Φ dV = P ∫ exp(−σ z) dz, over the volume 4 · 0.2.
+    // Slices lie across the beam: ∫ Φ dV = P ∫ exp(−σ z) dz, over the volume 4 · 0.2.
     let to_world = scaled(DVec3::splat(2.0), DVec3::NEG_ONE);
     let mut all = Vec::new();
     for estimator in [Estimator::TrackLength, Estimator::Collision] {
@@ -82,7 +82,7 @@ fn channels_are_attenuated_each_by_its_own() {
 
 #[test]
 fn optical_length_tells_depth() {
-    // Light that has come to depth z has gone 1.3 (1 + z).
+    // Light at depth z has the optical length 1.3 (1 + z).
     let to_world = scaled(DVec3::splat(2.0), DVec3::NEG_ONE);
     let mut meter = fluence(Coordinates::Cartesian, [1, 1, 5], to_world);
     meter.optical_length = Some(Bins {
@@ -111,8 +111,8 @@ fn optical_length_tells_depth() {
     }
 }
 
-/// In an isotropic enclosure L = n² L₀, so Φ = 4π n² L₀, whatever scatters: particles know nothing of n²,
-/// it comes from the bending of their ways alone.
+/// In an isotropic enclosure L = n² L₀, so Φ = 4π n² L₀ for any scattering. Particles do not use
+/// n²; the factor follows from the bending of their paths alone.
 #[test]
 fn fluence_in_a_furnace_is_that_of_the_index_squared() {
     let ball = |bsdf| container(Sphere::around(DVec3::ZERO, 1.0).unwrap(), bsdf);
@@ -147,7 +147,8 @@ fn fluence_in_a_furnace_is_that_of_the_index_squared() {
     max_abs_z(&all, FAMILY).unwrap();
 }
 
-/// A ball of tissue around a point light, with these scattering and absorption coefficients of each channel.
+/// A ball of tissue around a point light. Each channel has its scattering and absorption
+/// coefficient.
 fn tissue(coefficients: &[[f64; 2]]) -> Parts {
     let of = |value: fn(&[f64; 2]) -> f64| {
         let channel = |c: usize| coefficients.get(c).map_or(0.0, value);
@@ -166,7 +167,8 @@ fn tissue(coefficients: &[[f64; 2]]) -> Parts {
     parts
 }
 
-/// Particles are scattered hundreds of times, and channels by different media: each is known as well as alone, but for a factor.
+/// Particles scatter hundreds of times, and channels have different media. Each channel has the
+/// error of a separate measurement, to within a factor.
 #[test]
 fn channels_stay_together_over_many_collisions() {
     let coefficients = [[60.0, 0.2], [30.0, 0.1], [50.0, 1.0]];
@@ -197,8 +199,8 @@ fn channels_stay_together_over_many_collisions() {
     max_abs_z(&all, FAMILY).unwrap();
 }
 
-/// Under a sky of radiance 1 the fluence is 4π everywhere, however small what is in the scene; and under the sun its irradiance. False alarms
-/// 2 · 4 · 6e-5.
+/// Under a sky of radiance 1 the fluence is 4π everywhere, however small the scene's objects are;
+/// under the sun it is the sun's irradiance. False alarms 2 · 4 · 6e-5.
 #[test]
 fn light_from_infinity_fills_grids_beyond_the_scene() {
     let cells = fluence(

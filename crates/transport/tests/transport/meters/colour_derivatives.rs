@@ -1,5 +1,5 @@
-//! Derivatives of readings by the colours of what particles meet. What has met a colour m times is in proportion to its mth power, particle
-//! by particle: ρ ∂P/∂ρ = m P.
+//! Derivatives of readings with respect to colours that particles meet. Light that has met a colour
+//! m times is proportional to its mth power, particle by particle: ρ ∂P/∂ρ = m P.
 
 use super::derivatives::by;
 use crate::meters::support::*;
@@ -43,7 +43,7 @@ fn of_power(
     by(parts, meters, parameters, of, 400)
 }
 
-/// Whether ρ ∂P/∂ρ = m P in a bin, which is not empty.
+/// True if ρ ∂P/∂ρ = m P in a bin that is not empty.
 fn met(found: &[Derivative], bin: usize, colour: f64, m: f64) -> bool {
     let (power, derivative) = (found[0].values[bin], found[1].values[bin]);
     power > 0.0 && (colour * derivative - m * power).abs() < 1e-9 * power
@@ -53,7 +53,7 @@ fn facets() -> Roughness {
     Roughness::new(Distribution::Ggx, 0.3).unwrap()
 }
 
-/// A pane, a mirror behind it that turns the beam aside, and a black wall there.
+/// Tests a pane, a mirror behind it that turns the beam aside, and a black wall.
 #[test]
 fn light_has_met_the_colours_before_a_meter() {
     let (passed, reflected) = (0.7, 0.4);
@@ -72,11 +72,11 @@ fn light_has_met_the_colours_before_a_meter() {
     let mut meters: Vec<Meter> = (0..3)
         .map(|i| Meter::Irradiance(through(&objects, i, [1; 2], false)))
         .collect();
-    // Between the mirror and the wall.
+    // A cell between the mirror and the wall.
     let cell = scaled(DVec3::new(0.5, 1.0, 1.0), DVec3::new(1.0, -0.5, -0.5));
     let coordinates = morgana_transport::meter::Coordinates::Cartesian;
     meters.push(Meter::Fluence(fluence(coordinates, [1; 3], cell)));
-    // How often, at the pane, at the mirror, at the wall and before it.
+    // Numbers of events at the pane, at the mirror, at the wall and in front of it.
     let cases = [
         (0, Tint::SpecularTransmittance, passed, [1.0; 4]),
         (
@@ -101,7 +101,7 @@ fn light_has_met_the_colours_before_a_meter() {
     }
 }
 
-/// Into a block of ground glass once, and out of it once more.
+/// Light enters a block of ground glass once, and leaves it once.
 #[test]
 fn meters_at_an_interface_see_what_it_lets_pass() {
     let passed = 0.6;

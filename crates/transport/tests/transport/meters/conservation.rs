@@ -1,4 +1,4 @@
-//! What is emitted is absorbed, escapes, is cut off or lost.
+//! Conservation of power: emitted power is absorbed, escapes, is cut off or is lost.
 
 use crate::meters::support::*;
 use eikonal::field::{Constant, LinearIndex};
@@ -87,14 +87,14 @@ fn total(balance: &EnergyBalance) -> f64 {
 
 #[test]
 fn every_particle_is_accounted_for() {
-    // Without roulette and spectral sampling nothing is left to chance.
+    // Turn off roulette and spectral sampling, so that nothing is random in the balance.
     for max_depth in [None, Some(3)] {
         let mut options = options(5_000, 6);
         options.rr_depth = u32::MAX;
         options.max_depth = max_depth;
         let found = run(room(1), &[], &options);
         let b = &found.balance;
-        // So much may be lost in sums.
+        // Rounding bound of sums.
         let bound = 2f64.powi(-33);
         assert!((total(b) / b.emitted - 1.0).abs() < bound, "{b:?}");
         assert!(
@@ -120,7 +120,7 @@ fn roulette_and_spectral_sampling_are_fair() {
 
 #[test]
 fn what_meters_absorb_is_what_media_absorb() {
-    // The box holds both media.
+    // The box contains both media.
     let to_world = scaled(DVec3::new(4.0, 3.0, 3.0), DVec3::new(-1.2, -1.5, -1.5));
     let mut zs = Vec::new();
     for estimator in [Estimator::TrackLength, Estimator::Collision] {
@@ -136,7 +136,7 @@ fn what_meters_absorb_is_what_media_absorb() {
         let media = found.balance.media;
         println!("{mean} ± {error}, media {media:?}");
         match estimator {
-            // The same collisions.
+            // Both use the same collisions.
             Estimator::Collision => assert!((mean / media.mean - 1.0).abs() < 1e-12),
             Estimator::TrackLength => zs.push((mean - media.mean) / error.hypot(media.error)),
         }
@@ -158,7 +158,7 @@ fn what_a_closed_surface_lets_in_it_lets_out_or_keeps() {
     // The point light is inside the ball.
     let inside = 0.3 * 4.0 * PI;
     let media = found.balance.media;
-    // Each particle either starts in the ball or does not: the balance holds but for that choice.
+    // Each particle starts in the ball or not; this choice is the only random part of the balance.
     let chance = 5.0 * media.error;
     println!("{kept} + {inside}, media {media:?}");
     assert!((kept + inside - media.mean).abs() < chance);
@@ -185,7 +185,7 @@ fn nothing_escapes_a_black_box() {
     let found = run(parts, &[Meter::Irradiance(meter)], &options);
     let b = found.balance;
     assert_eq!(b.escaped.mean, 0.0);
-    // Arrivals at an opaque surface count on the side that is opposite to the normal.
+    // Arrivals at an opaque surface count on the side opposite to the normal.
     let power = reading(&found, 0, "power");
     assert_eq!(power.mean[0], 0.0);
     assert!(
@@ -193,7 +193,7 @@ fn nothing_escapes_a_black_box() {
         "{b:?}"
     );
     assert!((b.media.mean + b.surfaces.mean - 4.0 * PI).abs() < 1e-9);
-    // By parts, of which there are six.
+    // Sum over the six parts.
     let parts = reading(&found, 0, "irradiance");
     let side = parts.mean.iter().skip(6);
     let sum: f64 = side.map(|irradiance| irradiance * 16.0).sum();

@@ -1,4 +1,4 @@
-//! Arcs are cut where they pass from cell to cell, and nowhere is length lost.
+//! Arcs are cut where they pass from cell to cell, without losing length.
 
 use crate::meters::support::scaled;
 use eikonal::ray::Arc;
@@ -11,7 +11,7 @@ fn random(rng: &mut Rng, scale: f64) -> DVec3 {
     (2.0 * DVec3::new(a, b, c) - 1.0) * scale
 }
 
-/// Straight and curved arcs that wander through and around the unit ball.
+/// Straight and curved arcs through and around the unit ball.
 fn arcs() -> Vec<Arc> {
     let mut rng = Rng::new(15);
     let rng = &mut rng;
@@ -46,7 +46,7 @@ fn every_piece_lies_in_one_cell() {
                 let at = |t: f64| grid.cell(arc.position(from + (to - from) * t));
                 let cell = at(0.5);
                 inside += usize::from(cell.is_some());
-                // The ends of a piece lie on boundaries.
+                // Both ends of a piece lie on boundaries.
                 for i in 1..100 {
                     let t = f64::from(i) / 100.0;
                     let short = (to - from) * arc.velocity(0.5 * (from + to)).length() < 1e-6;

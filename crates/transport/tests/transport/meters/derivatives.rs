@@ -1,5 +1,5 @@
-//! Derivatives of readings against closed forms, the conservation of power, differences and one another
-//! (docs/theory.md#derivatives-of-light).
+//! Derivatives of readings, compared with closed forms, the conservation of power, differences and
+//! one another (docs/theory.md#derivatives-of-light).
 
 use crate::meters::support::*;
 use eikonal::field::{Constant, Luneburg, Placement};
@@ -49,7 +49,7 @@ pub fn by(
     found.by
 }
 
-/// A medium that only absorbs, in slices along z of [−1, 1]³: samples of a grid, or one number.
+/// A purely absorbing medium, in slices along z of [−1, 1]³: samples of a grid, or one number.
 fn ink(sigma: [f64; 3], samples: usize) -> Medium {
     let mut medium = fog(Constant::new(1.3), 1.0, 0.0, 0.0);
     let all = Spectrum([sigma[0], sigma[1], sigma[2], 0.0]);
@@ -88,8 +88,9 @@ pub fn grid(size: [usize; 3], estimator: Estimator) -> Meter {
     Meter::Fluence(meter)
 }
 
-/// Cells of depth h from z on, of volume 4h, hold v = (e^−σz − e^−σ(z+h))/σ of fluence and σv of absorbed power. So ∂v/∂σ follows for one
-/// number; with a number for each cell, those before take h of what gets here, and none that follow matters.
+/// Cells of depth h that begin at z, of volume 4h, contain v = (e^−σz − e^−σ(z+h))/σ of fluence and
+/// σv of absorbed power. ∂v/∂σ for a single number follows from this. With a number per cell, cells
+/// in front absorb h times the light that arrives, and cells behind have no effect.
 #[test]
 fn derivatives_in_a_beam_have_closed_forms() {
     const CELLS: usize = 4;
@@ -140,7 +141,7 @@ fn derivatives_in_a_beam_have_closed_forms() {
     max_abs_z(&zs, FAMILY).unwrap();
 }
 
-/// A ball of fog, n² = 2 − r², in a beam; of one number, or of voxels.
+/// A ball of fog, n² = 2 − r², in a beam, of one number or of voxels.
 fn ball(sigma_t: f64, albedo: f64, g: f64, voxels: bool) -> Parts {
     let index = Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap();
     let mut medium = fog(index, sigma_t, albedo, g);
@@ -161,7 +162,8 @@ fn ball(sigma_t: f64, albedo: f64, g: f64, voxels: bool) -> Parts {
     parts(vec![ball], vec![vacuum(), medium], vec![light], nobody())
 }
 
-/// What is absorbed in the ball and what leaves it is all that enters, whatever the fog: no derivative is left, but that by emission.
+/// Power absorbed in the ball and power that leaves it add up to the power that enters, for any
+/// fog. All derivatives of the sum vanish, except by emission.
 #[test]
 fn derivatives_conserve_power() {
     let mut zs = Vec::new();
@@ -201,8 +203,8 @@ fn derivatives_conserve_power() {
     max_abs_z(&zs, FAMILY).unwrap();
 }
 
-/// By differences of measurements with the same random numbers, whose errors are taken as if they were independent; a tenth to
-/// either side changes the quotient by less than 1 %.
+/// Compares with differences of measurements with common random numbers; errors are taken as if
+/// independent. Steps of a tenth to either side change the quotient by less than 1 %.
 #[test]
 fn derivatives_of_fluence_are_differences() {
     let meters = [Meter::Fluence(shells(3))];
@@ -238,8 +240,9 @@ fn derivatives_of_fluence_are_differences() {
     max_abs_z(&zs, FAMILY).unwrap();
 }
 
-/// Rows of a Jacobian, added up with weights, are the derivative of the sum of readings with these weights: the same particles, to
-/// rounding. Fluence and absorbed power in gates; power by place.
+/// Rows of a Jacobian, added up with weights, equal the derivative of the weighted sum of readings,
+/// to rounding, because the particles are identical. Fluence and absorbed power in gates; power by
+/// position.
 #[test]
 fn rows_of_jacobians_add_up() {
     for estimator in ESTIMATORS {

@@ -1,4 +1,5 @@
-//! Derivatives of readings by what media emit, against readings and the conservation of power (docs/theory.md#derivatives-of-light).
+//! Derivatives of readings with respect to emission of media, compared with readings and the
+//! conservation of power (docs/theory.md#derivatives-of-light).
 
 use crate::meters::derivatives::{by, grid};
 use crate::meters::support::*;
@@ -17,7 +18,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 use testkit::z_test::{max_abs_z, two_sample_z};
 
-/// What the radiances of a medium are those of.
+/// Support of the medium's radiances.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum MadeOf {
     One,
@@ -28,7 +29,7 @@ enum MadeOf {
 const SIGMA_T: f64 = 1.5;
 const ALBEDO: f64 = 0.6;
 
-/// A ball, n² = 2 − r², that emits, in vacuum.
+/// An emitting ball, n² = 2 − r², in vacuum.
 fn glow(made_of: MadeOf, values: &[f64]) -> Parts {
     let index = Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap();
     let mut medium = fog(index, SIGMA_T, ALBEDO, 0.3);
@@ -75,7 +76,7 @@ fn meters(parts: &Parts, estimator: Estimator) -> [Meter; 2] {
     [grid([1, 2, 2], estimator), Meter::Irradiance(skin)]
 }
 
-/// Readings are linear in what is emitted: the derivative by one value is the reading without the others.
+/// Readings are linear in emission: the derivative by one value is the reading without the others.
 #[test]
 fn derivatives_by_emission_are_readings_of_each_value() {
     let mut zs = Vec::new();
@@ -113,7 +114,8 @@ fn derivatives_by_emission_are_readings_of_each_value() {
     max_abs_z(&zs, FAMILY).unwrap();
 }
 
-/// What is absorbed and what leaves is all that is emitted, 4π ∫ μ_a n² B dV, where ∫ n² dV = 4π · 7/15. So its derivatives follow.
+/// Absorbed and escaping power add up to the emitted power, 4π ∫ μ_a n² B dV, where ∫ n² dV = 4π ·
+/// 7/15. The derivatives of the sum follow.
 #[test]
 fn derivatives_of_media_that_emit_conserve_power() {
     let radiance = 0.8;

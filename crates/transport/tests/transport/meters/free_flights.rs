@@ -1,4 +1,5 @@
-//! Flights that nothing interrupts are followed without making edges of them, unless a meter keeps records: what meters read is the same.
+//! Free flights: uninterrupted flights are traced without edges, unless a meter keeps records.
+//! Readings do not depend on it.
 
 use crate::meters::support::*;
 use eikonal::field::Constant;
@@ -14,7 +15,8 @@ use morgana_transport::volume::{LabelGrid, VolumeGrid, VolumeTexture, VoxelMedia
 use morgana_transport::{Bins, Scene, Spectrum};
 use std::sync::Arc;
 
-/// A cube from −1 to 1 of voxels with three labels, one of them clear, or of one label with a small net of triangles in it.
+/// A cube from −1 to 1, either of voxels with three labels, one of them clear, or of one label with
+/// a small mesh inside.
 fn cube(labelled: bool) -> Parts {
     let labels = (0..512u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 20) as u8 % 3);
     let to_world = scaled(DVec3::splat(2.0), DVec3::NEG_ONE);
@@ -60,7 +62,8 @@ fn cube(labelled: bool) -> Parts {
     )
 }
 
-/// The cube from −1 to 1 of triangles: a grid knows where they are, and not where within its box a cube is.
+/// The cube from −1 to 1 as triangles: a grid of the scene locates triangles, but not an analytic
+/// cube within its box.
 pub fn hull() -> Mesh {
     let corner =
         |i: u32| DVec3::from([i & 1, i >> 1 & 1, i >> 2].map(|b| 2.0 * f64::from(b) - 1.0));
@@ -78,7 +81,7 @@ pub fn hull() -> Mesh {
     Mesh::new((0..8).map(corner).collect(), triangles.collect(), None).unwrap()
 }
 
-/// As many triangles as it takes for surfaces to be looked for by a grid.
+/// A mesh with enough triangles for the scene to use a grid.
 pub fn net() -> Mesh {
     let corner = |i: u32| DVec3::new(f64::from(i % 10), f64::from(i / 10), f64::from(i * i % 7));
     let positions = (0..100).flat_map(|i| {
@@ -118,7 +121,8 @@ fn meters() -> Vec<Meter> {
     all.map(Meter::Fluence).into()
 }
 
-/// Two layers of different index between z = −1, 0 and 1, divided by faces of voxels, of which the scene knows or not.
+/// Two layers of different index between z = −1, 0 and 1, divided by faces of voxels, which the
+/// scene knows or not.
 fn layers(known: bool) -> Parts {
     let corner = |i: u32| {
         let [x, y] = [i & 1, i >> 1 & 1].map(|b| 2.0 * f64::from(b) - 1.0);
@@ -165,7 +169,7 @@ fn layers(known: bool) -> Parts {
     parts
 }
 
-/// The same where the voxels say which flights meet no face.
+/// Readings are equal where voxels tell which flights meet no face.
 #[test]
 fn voxels_know_where_their_faces_are() {
     let [known, found] = [true, false].map(|known| {
@@ -191,8 +195,9 @@ fn voxels_know_where_their_faces_are() {
     }
 }
 
-/// With the same random numbers all that is read is the same but for rounding. Absorption in labels is drawn at random along edges, and need
-/// only be the same in the mean: 3000 particles and fixed seeds show differences of 1 %.
+/// With common random numbers all readings agree to rounding. Absorption in labels is drawn at
+/// random along edges, and agrees only in the mean: 3000 particles and fixed seeds show differences
+/// of 1 %.
 #[test]
 fn free_flights_change_nothing() {
     for labelled in [false, true] {
@@ -223,7 +228,7 @@ fn free_flights_change_nothing() {
             for (a, b) in readings.iter().zip(others) {
                 let total = |reading: &Reading| reading.mean.iter().sum::<f64>();
                 assert!(total(b) > 0.0);
-                // Along edges absorption between labels is that of random places.
+                // Along edges, absorption between labels is taken at random positions.
                 if labelled && a.name == "absorbed" {
                     let ratio = total(a) / total(b);
                     assert!((ratio - 1.0).abs() < 0.01, "{ratio}");

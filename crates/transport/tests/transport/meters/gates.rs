@@ -1,4 +1,5 @@
-//! Gates of optical path length: exact in an infinite medium, as sure late as early, the same in sum as without gates.
+//! Gates of optical path length: exact in an infinite medium, with equal accuracy early and late,
+//! and with sums equal to readings without gates.
 
 use crate::meters::support::*;
 use eikonal::field::Constant;
@@ -15,10 +16,10 @@ use testkit::z_test::max_abs_z;
 
 /// Index of all media.
 const INDEX: f64 = 1.4;
-/// Of the medium that stands for one without end.
+/// Radius of the medium that represents an infinite one.
 const RADIUS: f64 = 100.0;
 
-/// Gates of an absorption length each, of which there are `count`, for a coefficient of absorption of 1.
+/// `count` gates, each an absorption length wide, for an absorption coefficient of 1.
 fn gates(count: usize) -> Option<Bins> {
     Some(Bins {
         min: 0.0,
@@ -27,7 +28,8 @@ fn gates(count: usize) -> Option<Bins> {
     })
 }
 
-/// An emitter of unit power in the middle of a medium of absorption 1 and scattering `scattering`, whose end no light reaches.
+/// An emitter of unit power in the middle of a medium of absorption 1 and scattering `scattering`,
+/// which no light leaves.
 fn infinite(scattering: f64) -> Parts {
     let extinction = 1.0 + scattering;
     let medium = fog(
@@ -45,18 +47,18 @@ fn infinite(scattering: f64) -> Parts {
     parts(vec![ball], vec![vacuum(), medium], vec![light], nobody())
 }
 
-/// One cell that holds it all.
+/// A single cell that contains everything.
 fn everywhere() -> FluenceMeter {
     let radius = scaled(DVec3::splat(RADIUS), DVec3::ZERO);
     fluence(Coordinates::Spherical, [1, 1, 1], radius)
 }
 
-/// Readings are per volume.
+/// Volume of the cell; readings are per volume.
 const VOLUME: f64 = 4.0 / 3.0 * PI * RADIUS * RADIUS * RADIUS;
 
-/// What is absorbed in a gate that begins at a is e^−a − e^−b, however much is scattered: seven million particles agree under
-/// `MORGANA_LONG_TESTS`. The last gate, which holds a millionth of the light, is known from more than a twentieth of all
-/// particles, in effect, and nothing is flagged.
+/// Power absorbed in a gate from a to b is e^−a − e^−b for any scattering; seven million particles
+/// agree under `MORGANA_LONG_TESTS`. The last gate, with a millionth of the light, has an effective
+/// number of particles above a twentieth of all, and no flag is raised.
 #[test]
 fn an_infinite_medium_absorbs_exponentially() {
     let count = 14;
@@ -87,7 +89,7 @@ fn an_infinite_medium_absorbs_exponentially() {
     max_abs_z(&all, FAMILY).unwrap();
 }
 
-/// A beam into a cube with walls at which the index jumps, of which light escapes long before it is absorbed.
+/// A beam into a cube with refracting walls, from which light escapes long before it is absorbed.
 fn leaky(meters: &[Meter], particles: u64, seed: u64) -> Measurement {
     let medium = fog(Constant::new(INDEX), 4.0, 0.99, 0.3);
     let cube = Cube::new(scaled(DVec3::ONE, DVec3::ZERO)).unwrap();
@@ -97,8 +99,8 @@ fn leaky(meters: &[Meter], particles: u64, seed: u64) -> Measurement {
     run(parts, meters, &options(particles, seed))
 }
 
-/// Gates add up to what meters without gates read, whose particles keep to no window; and the last gates, which hold less than
-/// a millionth of the light, are nearly as sure as the second.
+/// Gates add up to readings without gates, whose particles follow no weight window. The last gates,
+/// with less than a millionth of the light, are nearly as accurate as the second.
 #[test]
 fn gates_add_up_to_what_is_read_without() {
     let cells = || {
@@ -126,7 +128,7 @@ fn gates_add_up_to_what_is_read_without() {
     for cell in 0..4 {
         let gate = |i: usize| i * 4 + cell;
         let sum: f64 = (0..count).map(|i| gated.mean[gate(i)]).sum();
-        // Gates of one cell are not independent: errors add up at most.
+        // Gates of a cell are correlated: errors add up at most.
         let error: f64 = (0..count).map(|i| gated.error[gate(i)]).sum();
         all.push((sum - plain.mean[cell]) / error.hypot(plain.error[cell]));
         let relative = |i: usize| gated.error[gate(i)] / gated.mean[gate(i)];
@@ -138,8 +140,10 @@ fn gates_add_up_to_what_is_read_without() {
     max_abs_z(&all, FAMILY).unwrap();
 }
 
-/// Gates sort light and change nothing else: particles make the same edges as without gates, and the gates add up to the reading
-/// without gates, as no particle of this seed goes on beyond the last. With weight windows, particles make several times as many edges.
+/// Without weight windows, gates sort light and change nothing else. Particles make equally many
+/// edges as without gates. The gates add up to the reading without gates, because no particle of
+/// this seed continues beyond the last gate. With weight windows, particles make several times as
+/// many edges.
 #[test]
 fn gates_cost_no_edges_unless_windows_are_asked_for() {
     let cells = || {
@@ -169,7 +173,7 @@ fn gates_cost_no_edges_unless_windows_are_asked_for() {
     }
 }
 
-/// Few particles are told from many: bins that a handful reach are flagged, and their effective numbers say so.
+/// Bins that only a few particles reach are flagged, and their effective numbers are small.
 #[test]
 fn few_particles_are_flagged() {
     let shells = fluence(
@@ -190,7 +194,8 @@ fn few_particles_are_flagged() {
     assert!(reading.few.iter().any(|few| *few));
 }
 
-/// Particles of a surface's meter keep to the window, too, and all power that passes is read, in gates or not.
+/// Particles of a surface's meter keep to the weight window, too, and the meter reads all power
+/// that passes, in gates or not.
 #[test]
 fn gates_of_surfaces_leave_the_power_as_it_is() {
     let parts = || {

@@ -1,5 +1,6 @@
-//! Films of tagged light, and records of light in a flow, against brute force: paths of particles, found without phasors, and their optical lengths at many instants of the
-//! sound, at each of which its field is frozen and scatterers are where it has moved them.
+//! Films of tagged light, and records of light in a flow, compared with brute force. The reference
+//! uses paths of particles, found without phasors, and their optical lengths at many instants of
+//! the sound. At each instant the field is frozen, and scatterers are at their displaced positions.
 
 use crate::meters::sidebands::{at_rest, layer, lit, rays, seen, tagged_film, tagged_film_by};
 use crate::meters::support::*;
@@ -23,27 +24,30 @@ use testkit::z_test::max_abs_z;
 
 const WAVELENGTH: f64 = 1.5e-4;
 const ORDERS: usize = 3;
-/// Means over so many are exact to J₉(2) = 2e-6: phases are of the order of one.
+/// Number of instants. Means over this number are exact to J₉(2) = 2e-6, because phases are of the
+/// order of one.
 const INSTANTS: usize = 12;
-/// Lengths are known to this share of them, phases to 1e-3.
+/// Relative tolerance of optical lengths; phases are then accurate to 1e-3.
 const TOLERANCE: f64 = 1e-8;
 
-/// Light that gets there: carrier, sidebands, and correlations after a quarter and half of a period, by means over instants.
+/// Light that reaches the target: carrier, sidebands, and correlations after a quarter and half of
+/// a period, as means over instants.
 struct Brute {
     mean: Vec<f64>,
     error: Vec<f64>,
 }
 
-/// A path with its power: where it enters the ball, its collisions, and where it leaves.
+/// A path with its power: entry into the ball, collisions, and exit.
 struct Way {
     power: f64,
-    /// How fast flow changes its optical length, by the meter.
+    /// Rate at which flow changes the path's optical length, by the meter.
     rate: f64,
     places: Vec<DVec3>,
 }
 
 impl Way {
-    /// Optical lengths at the instants. The ends may rest: indices match there, where the length does not depend on them to first order.
+    /// Optical lengths at the instants. The ends are kept at rest: indices match there, so that the
+    /// length does not depend on the ends to first order.
     fn lengths(&self, index: &Field) -> Vec<f64> {
         let [entry, collisions @ .., exit] = &self.places[..] else {
             unreachable!("a path has two ends");
@@ -59,7 +63,7 @@ impl Way {
         (0..INSTANTS).map(at).collect()
     }
 
-    /// Its power in each part.
+    /// Power of the path in each part.
     fn parts(&self, index: &Field) -> Vec<f64> {
         let lengths = self.lengths(index);
         let turn = |i: usize, j: usize| TAU / WAVELENGTH * (lengths[i % INSTANTS] - lengths[j]);
@@ -82,17 +86,18 @@ impl Way {
     }
 }
 
-/// Where light comes from in the film, so that by reciprocity the particles of a beam are counted that get there.
+/// Source of light in the film. By reciprocity, the reference counts particles of a beam that reach
+/// it.
 #[derive(Clone, Copy, Debug)]
 enum Light {
-    /// An environment, around the ball.
+    /// An environment around the ball.
     Sky,
-    /// A small sphere in the ball: connections find most of its light.
+    /// A small sphere in the ball, most of whose light is found by connections.
     Bulb,
 }
 
 impl Light {
-    /// A pixel that sees a ray, and the light of radiance 1.
+    /// Scene with a pixel that sees a ray, and light of radiance 1.
     fn seen(self, parts: Parts, ray: [DVec3; 2]) -> Parts {
         let mut parts = seen(parts, ray);
         if let Light::Bulb = self {
@@ -105,11 +110,12 @@ impl Light {
         parts
     }
 
-    /// The ways of particles from a beam along a ray to the light; `None` for one that does not get there.
+    /// Paths of particles from a beam along a ray to the light; `None` for a particle that does not
+    /// reach it.
     fn ways(self, parts: Parts, ray: [DVec3; 2], particles: u64, seed: u64) -> Vec<Option<Way>> {
         let mut parts = lit(parts, ray);
         parts.objects.truncate(1);
-        // Out of the ball, or onto the bulb, from where its normals point.
+        // Count light that leaves the ball, or that reaches the bulb on the side of its normals.
         let (object, side) = match self {
             Light::Sky => (0, 0.0),
             Light::Bulb => (1, 1.0),
@@ -153,7 +159,7 @@ fn bulb(emitter: Option<usize>) -> Object {
     }
 }
 
-/// Where a ray enters the unit ball.
+/// Point where a ray enters the unit ball.
 fn entry([start, direction]: [DVec3; 2]) -> DVec3 {
     let along = start.dot(direction);
     let closest = start.length_squared() - along * along;
@@ -182,7 +188,8 @@ fn brute(light: Light, parts: Parts, ray: [DVec3; 2], particles: u64) -> Brute {
     }
 }
 
-/// Pixels whose rays pass the ball at two places, straight and bent. Family-wise false-alarm rate 1e-3; errors are up to a tenth of all light.
+/// Tests pixels whose rays pass the ball at two places, straight and bent. Family-wise false-alarm
+/// rate 1e-3; errors are up to a tenth of all light.
 #[test]
 fn films_are_means_over_frozen_instants() {
     let sidebands = Sidebands::new(WAVELENGTH, ORDERS as u32, 2).unwrap();
@@ -207,9 +214,11 @@ fn films_are_means_over_frozen_instants() {
     max_abs_z(&zs, FAMILY).unwrap();
 }
 
-/// Light of a point in the ball that is scattered back once, towards a pixel whose ray goes across the waves: sound moves scatterers along it, so that half of the phase or so is by
-/// their displacement. By a sum over places along the ray, with the optical lengths between scatterers that sound has moved. Family-wise
-/// false-alarm rate 1e-3; leaving the displacement out is off by more than twenty standard errors.
+/// Tests light of a point in the ball that is scattered back once, towards a pixel whose ray
+/// crosses the waves. Sound moves scatterers along the ray, so that about half of the phase is due
+/// to displacement. The reference is a sum over positions along the ray, with optical lengths
+/// between displaced scatterers. Family-wise false-alarm rate 1e-3; omitting the displacement would
+/// be off by more than twenty standard errors.
 #[test]
 fn light_that_is_scattered_back_once_has_the_phases_of_moved_scatterers() {
     const PLACES: usize = 200;
@@ -237,7 +246,7 @@ fn light_that_is_scattered_back_once_has_the_phases_of_moved_scatterers() {
         let along = (i as f64 + 0.5) * step;
         let x = first + along * ray[1];
         let (distance, toward) = ((x - light).length(), (x - light).normalize());
-        // Henyey–Greenstein.
+        // Henyey–Greenstein phase function.
         let cosine = -toward.dot(ray[1]);
         let phase = (1.0 - G * G) / (2.0 * TAU * (1.0 + G * G - 2.0 * G * cosine).powf(1.5));
         let depth = EXTINCTION * (along + distance);
@@ -259,8 +268,9 @@ fn light_that_is_scattered_back_once_has_the_phases_of_moved_scatterers() {
     max_abs_z(&zs, FAMILY).unwrap();
 }
 
-/// Scatterers in a flow that differs from place to place: the rates of records against optical lengths a little earlier and later. Of a path
-/// with scatterings the ends rest, as indices match there. Numerical: 1e-5 of the root mean square.
+/// Tests scatterers in a flow that varies in space: rates of records are compared with optical
+/// lengths a little earlier and later. The ends of a scattered path are at rest, because indices
+/// match there. Numerical: 1e-5 of the root mean square.
 #[test]
 fn rates_are_those_of_lengths_between_scatterers_that_flow() {
     const STEP: f64 = 1e-6;

@@ -1,7 +1,8 @@
-//! Meters against closed forms, independent tallies, each other, and the conservation of power.
+//! Meters, compared with closed forms, independent tallies, each other, and the conservation of
+//! power.
 //!
-//! Statistical tests compare at a family-wise false-alarm rate of 1e-3 each, by z with the standard errors
-//! that the meters state.
+//! Statistical tests compare at a family-wise false-alarm rate of 1e-3 each, by z with the standard
+//! errors that the meters report.
 
 mod checks;
 mod closed_forms;

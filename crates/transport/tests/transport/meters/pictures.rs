@@ -1,5 +1,5 @@
-//! Pictures by particles keep the same energy balance as meters, with other particles: those that are connected to
-//! the camera.
+//! Energy balance of images by particles. It agrees with the balance of meters, although images use
+//! other particles, which are connected to the camera.
 
 use crate::common::{camera, shoot_by};
 use crate::meters::conservation::room;
@@ -22,7 +22,7 @@ fn entries(b: &EnergyBalance) -> [Share; 3] {
     [b.media, b.surfaces, b.escaped]
 }
 
-/// Each entry against that of a measurement, and what is left over against zero.
+/// Each entry agrees with the entry of a measurement, and the remainder with zero.
 #[test]
 fn pictures_and_meters_agree_on_where_the_light_goes() {
     let estimators = [
@@ -58,7 +58,7 @@ fn pictures_and_meters_agree_on_where_the_light_goes() {
     max_abs_z(&zs, FAMILY).unwrap();
 }
 
-/// Nor does the energy balance depend on threads, or on how samples are divided into passes.
+/// The energy balance does not depend on threads, or on the division of samples into passes.
 #[test]
 fn balances_of_pictures_have_the_same_bits() {
     let scene = [Scene::new(seen(3)).unwrap()];

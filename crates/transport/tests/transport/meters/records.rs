@@ -1,5 +1,5 @@
-//! Records of detected light: their sums, what they know of ways through media and labels, other absorption, and what is kept of
-//! too many.
+//! Records of detected light: their sums, path lengths in media and labels, results for other
+//! absorption, and the choice among too many records.
 
 use crate::meters::support::*;
 use eikonal::field::{Constant, Luneburg};
@@ -30,7 +30,7 @@ fn ball_of(medium: Medium, light: Emitter) -> Parts {
     parts(vec![ball], vec![vacuum(), medium], vec![light], nobody())
 }
 
-/// A meter around the ball that keeps records.
+/// A meter around the ball that keeps up to `most` records.
 fn around(parts: &Parts, most: usize) -> Meter {
     let mut meter = through(&parts.objects, 0, [1, 1], false);
     meter.most_records = Some(most);
@@ -41,7 +41,7 @@ fn table(measurement: &Measurement) -> &RecordTable {
     measurement.records[0].as_ref().unwrap()
 }
 
-/// Sum over records, and its standard error if particles are the samples.
+/// Sum over records, and its standard error with particles as samples.
 fn sum(table: &RecordTable, value: impl Fn(usize) -> f64) -> [f64; 2] {
     let mut totals: BTreeMap<u64, f64> = BTreeMap::new();
     for row in 0..table.particle.len() {
@@ -88,7 +88,8 @@ fn weights_add_up_to_power() {
     }
 }
 
-/// Particles that are divided, some of whose copies reach the largest depth: the lengths of each record in its regions are its optical length.
+/// Particles are split, and some copies reach the largest depth: the lengths of each record in its
+/// regions add up to its optical length.
 #[test]
 fn copies_keep_their_own_ways_where_paths_are_cut() {
     const N: f64 = 1.3;
@@ -117,7 +118,7 @@ fn copies_keep_their_own_ways_where_paths_are_cut() {
     }
 }
 
-/// Four comparisons, the largest |z| of 1.4: false alarms 4 × 2.7e-4 at 3.6.
+/// Four comparisons, the largest |z| of which is 1.4: false alarms 4 × 2.7e-4 at 3.6.
 #[test]
 fn other_absorption_is_a_factor() {
     let particles = particles(60_000);
@@ -150,8 +151,9 @@ fn other_absorption_is_a_factor() {
     }
 }
 
-/// Where nothing is absorbed the sum of 1 − cos ϑ has the mean (1 − g) times that of the number of scatterings, wherever walks end
-/// (Wald's identity), and its deviations from that have variances that add up. False alarms 2.7e-4 at 3.6.
+/// Without absorption, the sum of 1 − cos ϑ has (1 − g) times the mean number of scatterings,
+/// wherever walks end (Wald's identity). Variances of the deviations add up. False alarms 2.7e-4 at
+/// 3.6.
 #[test]
 fn momentum_transfer_follows_from_g() {
     for g in [0.0, 0.8] {
@@ -221,7 +223,7 @@ fn lengths_are_told_apart_by_label() {
     let meter = around(&parts, 1_000);
     let measured = run(parts, &[meter], &options(64, 1));
     let table = table(&measured);
-    // The line by points, many per voxel.
+    // Points along the line, many per voxel.
     let direction = DVec3::new(0.7, 0.95, 1.0).normalize();
     let (count, end) = (1_000_000, 5.0);
     let mut expected = [0.0; 4];
@@ -273,10 +275,11 @@ fn labels_share_out_curved_ways() {
     }
 }
 
-/// Shares of an isotropic source's light that meters around it accept. False alarms 2 × 2.7e-4.
+/// Fractions of an isotropic source's light that the surrounding meters accept. False alarms 2 ×
+/// 2.7e-4.
 #[test]
 fn meters_accept_spots_and_cones() {
-    // The rays of a source away from the centre of a sphere have various angles with its normal.
+    // Rays of a source off the centre of a sphere meet it at various angles to the normal.
     let (inside, beyond) = (1.0, 1.0);
     let offset = 0.5;
     let power = Spectrum::ONE / (4.0 * std::f64::consts::PI);
@@ -299,7 +302,7 @@ fn meters_accept_spots_and_cones() {
         );
         [power.mean[0], power.error[0]]
     };
-    // A patch of chord r from the pole is a cap of the share r²/4.
+    // A patch of chord r from the pole is a cap with the fraction r²/4.
     let patch = Patch {
         center: DVec3::Z,
         radius: 0.8,
@@ -308,7 +311,7 @@ fn meters_accept_spots_and_cones() {
         patch: Some(patch),
         numerical_aperture: None,
     };
-    // By the law of sines sin θ = d sin α, with the angle α from the axis through source and centre.
+    // Law of sines: sin θ = d sin α, with the angle α from the axis through source and centre.
     let numerical_aperture = 0.3;
     let by_cone = Acceptance {
         patch: None,
@@ -323,7 +326,7 @@ fn meters_accept_spots_and_cones() {
     }
 }
 
-/// The state of a run of some particles.
+/// Runs some particles. Returns the state and the scene.
 fn state(parts: Parts, meters: &[Meter], options: &MeasureOptions) -> (MeasureState, Scene) {
     let scene = Scene::new(parts).unwrap();
     let scenes = std::slice::from_ref(&scene);
@@ -363,7 +366,7 @@ fn what_is_kept_does_not_depend_on_parts() {
         table.particle.len()
     );
     assert!(table.particles < particles / 8);
-    // They stand for all: within 4 standard errors (6e-5).
+    // The kept records represent all: within 4 standard errors (6e-5).
     let [mean, error] = sum(&table, leaving(&table));
     assert!(
         (mean - power.mean[0]).abs() < 4.0 * error,
@@ -372,8 +375,8 @@ fn what_is_kept_does_not_depend_on_parts() {
     );
 }
 
-/// Groups of channels have particles of their own, and another number of records of each: those of the same particles are kept.
-/// False alarms 10 · 2 · 6e-5.
+/// Each group of channels has its own particles, and another number of records. Records of the same
+/// particles are kept. False alarms 10 · 2 · 6e-5.
 #[test]
 fn groups_of_channels_keep_records_of_the_same_particles() {
     const MOST: usize = 500;

@@ -1,4 +1,4 @@
-//! The same bits for any number of threads, and consistent bins.
+//! Reproducibility of readings for any number of threads, and consistency of bins.
 
 use crate::meters::support::*;
 use eikonal::field::Luneburg;
@@ -83,7 +83,7 @@ fn bins_of_optical_length_add_up() {
             &reading(&one, meter, name).mean,
             &reading(&many, meter, name).mean,
         );
-        // The optical length runs slowest, but for the side.
+        // The optical length is the slowest index, except for the side.
         let sides = if meter == 1 { 2 } else { 1 };
         let inner = one.len() / sides;
         for (i, whole) in one.iter().enumerate() {
@@ -112,7 +112,7 @@ fn cells_add_up_to_the_whole() {
         values.iter().sum::<f64>() / values.len() as f64
     };
     assert!((mean(&cells) / mean(&whole) - 1.0).abs() < 1e-9);
-    // What the ball holds is the same in shells and in rings, too.
+    // The content of the ball is equal in shells and in rings.
     let rings = fluence(
         Coordinates::Cylindrical,
         [6, 1, 8],

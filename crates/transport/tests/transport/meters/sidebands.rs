@@ -1,4 +1,5 @@
-//! Sidebands and correlations of tagged light, on films and by meters: against each other, records, a closed form, and their sum.
+//! Sidebands and correlations of tagged light, on films and by meters, compared with each other,
+//! with records, with a closed form, and with their sum.
 //!
 //! Statistical tests have a family-wise false-alarm rate of 1e-3 each.
 
@@ -25,7 +26,7 @@ use morgana_transport::{Bins, Scene, Spectrum};
 use std::f64::consts::TAU;
 use testkit::z_test::max_abs_z;
 
-/// Phases are of the order of one.
+/// Wavelength for which phases are of the order of one.
 const WAVELENGTH: f64 = 1.5e-4;
 const ORDERS: u32 = 2;
 const DELAYS: u32 = 2;
@@ -41,7 +42,7 @@ pub fn at_rest(mut parts: Parts) -> Parts {
     parts
 }
 
-/// Where rays start, and their directions.
+/// Starts and directions of rays.
 pub fn rays() -> [[DVec3; 2]; 2] {
     let start = DVec3::new(0.4, -0.3, -2.0);
     let through = |x: DVec3| [start, (x - start).normalize()];
@@ -51,7 +52,7 @@ pub fn rays() -> [[DVec3; 2]; 2] {
     ]
 }
 
-/// A pixel that sees one ray, in a bright environment.
+/// Scene with a pixel that sees one ray, in a bright environment.
 pub fn seen(parts: Parts, [start, z]: [DVec3; 2]) -> Parts {
     let x = z.any_orthonormal_vector();
     let to_world = DAffine3 {
@@ -67,7 +68,7 @@ pub fn seen(parts: Parts, [start, z]: [DVec3; 2]) -> Parts {
     parts
 }
 
-/// A beam along a ray, and a sphere around everything.
+/// Scene with a beam along a ray, and a sphere around everything.
 pub fn lit(parts: Parts, [start, direction]: [DVec3; 2]) -> Parts {
     let mut parts = Parts {
         emitters: vec![beam(start, direction, 1e-9)],
@@ -110,7 +111,8 @@ pub fn layer(rendering: &Rendering, layer: usize) -> [f64; 2] {
     ]
 }
 
-/// All light that leaves the ball: of a beam into it, and, by reciprocity, along a ray from the sensor in an environment of radiance 1.
+/// Tests all light that leaves the ball: from a beam into it, and, by reciprocity, along a ray from
+/// the sensor in an environment of radiance 1.
 #[test]
 fn films_and_meters_find_the_same_sidebands() {
     let mut zs = Vec::new();
@@ -144,7 +146,8 @@ fn films_and_meters_find_the_same_sidebands() {
     max_abs_z(&zs, FAMILY).unwrap();
 }
 
-/// The ball in a picture of four pixels, by the light of its point source, of its own fog and of the sky.
+/// The ball in an image of four pixels, in the light of its point source, of its own fog and of the
+/// sky.
 fn pictured(mut parts: Parts) -> Parts {
     parts.media[1].emission = Some(VolumeTexture::Uniform(Spectrum::splat(0.05)));
     let [ray, _] = rays();
@@ -156,8 +159,8 @@ fn pictured(mut parts: Parts) -> Parts {
     parts
 }
 
-/// The path tracer adds modulations up from the sensor, the particle tracer from the emitter, bidirectional path tracing from both: at
-/// most 5 edges and events.
+/// The path tracer adds modulations up from the sensor, the particle tracer from the emitter, and
+/// bidirectional path tracing from both; at most 5 edges and events.
 #[test]
 fn estimators_find_the_same_sidebands() {
     let mut zs = Vec::new();
@@ -195,12 +198,13 @@ fn estimators_find_the_same_sidebands() {
     max_abs_z(&zs, FAMILY).unwrap_or_else(|e| panic!("{e}: {zs:.1?}"));
 }
 
-/// Many orders.
+/// Sidebands of many orders.
 fn many() -> Sidebands {
     Sidebands::new(WAVELENGTH, Sidebands::MOST_ORDERS, 4).unwrap()
 }
 
-/// Whether all orders, which `part` gives and then the delays, are the `total`, and make the correlations.
+/// Asserts that all orders (`part` returns the orders, then the delays) add up to `total` and
+/// reproduce the correlations.
 fn add_up(total: f64, part: impl Fn(usize) -> f64, accuracy: f64) {
     const MOST: usize = Sidebands::MOST_ORDERS as usize;
     for delay in 0..=4 {
@@ -216,7 +220,8 @@ fn add_up(total: f64, part: impl Fn(usize) -> f64, accuracy: f64) {
     }
 }
 
-/// Orders up to 100 are all light of pixels, and make the correlations, in single precision. The image is as without them, bit for bit.
+/// Orders up to 100 contain all light of pixels and reproduce the correlations, in single
+/// precision. The image is bit-identical to the image without them.
 #[test]
 fn orders_are_all_light() {
     for (_, parts) in cases() {
@@ -232,7 +237,7 @@ fn orders_are_all_light() {
     }
 }
 
-/// Likewise of each layer by bounces, which has the light that it has without them.
+/// Orders add up in each layer by bounces, too; light of layers does not depend on them.
 #[test]
 fn orders_are_all_light_of_layers() {
     let layered = |parts: Parts, sidebands: Option<Sidebands>| {
@@ -264,7 +269,7 @@ fn orders_are_all_light_of_layers() {
     }
 }
 
-/// Likewise of voxels, to what sums keep of their terms, 2⁻³³ of the largest for each.
+/// Orders add up in voxels, to the rounding of sums, 2⁻³³ of the largest term each.
 #[test]
 fn orders_are_all_fluence() {
     const MOST: usize = Sidebands::MOST_ORDERS as usize;
@@ -301,7 +306,7 @@ fn voxels(estimator: Estimator, sidebands: Sidebands) -> FluenceMeter {
     }
 }
 
-/// Ways within voxels and collisions there are different estimators of the same fluence.
+/// Path lengths within voxels and collisions in them are different estimators of one fluence.
 #[test]
 fn track_lengths_and_collisions_find_the_same_sidebands() {
     let mut zs = Vec::new();
@@ -322,7 +327,7 @@ fn track_lengths_and_collisions_find_the_same_sidebands() {
     max_abs_z(&zs, FAMILY).unwrap();
 }
 
-/// A cube of triangles with more of them in it, far from which flights are free.
+/// A cube of triangles with further triangles inside; far from these, flights are free.
 fn meshes() -> Parts {
     let net = Object {
         sides: None,
@@ -336,8 +341,8 @@ fn meshes() -> Parts {
     )
 }
 
-/// The same particles with flights that nothing interrupts and, for records, with edges: a meter's sidebands are sums over its records, to
-/// rounding.
+/// Particles are equal with free flights and, for records, with edges. A meter's sidebands are sums
+/// over its records, to rounding.
 #[test]
 fn sidebands_of_meters_are_sums_over_records() {
     for (name, parts) in cases().into_iter().chain([("meshes", meshes())]) {
@@ -373,8 +378,9 @@ fn sidebands_of_meters_are_sums_over_records() {
     }
 }
 
-/// Modulations are found where light arrives if nothing else is asked, and where flights end for fluence by collisions: the same bits, of
-/// particles that are divided for late gates, too.
+/// Modulations are evaluated on arrival if nothing else is requested, and at ends of flights for
+/// fluence by collisions. Results are bit-identical, also for particles that are split for late
+/// gates.
 #[test]
 fn records_do_not_depend_on_what_else_is_asked() {
     let gates = Bins {
@@ -403,8 +409,10 @@ fn records_do_not_depend_on_what_else_is_asked() {
     }
 }
 
-/// Along a beam through a plane wave of sound without scattering, |A| = 2n̂ |sin(kz/2)|/k at the depth z: in voxels much shorter than the
-/// wave, for each of which the place of every particle is drawn at random. To the accuracy of the splines, 1e-4 of all light, beyond chance.
+/// Along a beam through a plane sound wave without scattering, |A| = 2n̂ |sin(kz/2)|/k at the depth
+/// z. Voxels are much shorter than the wave, and each draws the position of every particle at
+/// random. The accuracy is the accuracy of the splines, 1e-4 of all light, beyond statistical
+/// errors.
 #[test]
 fn sidebands_in_a_beam_have_a_closed_form() {
     let (amplitude, wavelength, depth) = (2e-5, 1.3, 4.0);

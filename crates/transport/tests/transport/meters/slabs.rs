@@ -1,10 +1,10 @@
-//! Plane slabs of turbid matter whose reflectance and transmittance are known.
+//! Plane slabs of turbid media with known reflectance and transmittance.
 //!
-//! The exact values are deterministic: adding-doubling with 56 Gauss nodes for the slab of H. C. van de
-//! Hulst, *Multiple Light Scattering* (1980), and Chandrasekhar's H functions with Fresnel's boundary for the
-//! half space of R. G. Giovanelli (1955). Both are the classical tests of Monte Carlo in tissue (L. Wang,
-//! S. L. Jacques and L. Zheng, "MCML", Comput. Methods Programs Biomed. 47, 1995, tables 1 and 2), here in
-//! units of 1 mm. Sides are far enough away not to matter.
+//! The exact values are deterministic: adding-doubling with 56 Gauss nodes for the slab of H. C.
+//! van de Hulst, *Multiple Light Scattering* (1980), and Chandrasekhar's H functions with Fresnel's
+//! boundary for the half space of R. G. Giovanelli (1955). Both are the classical tests of Monte
+//! Carlo in tissue (L. Wang, S. L. Jacques and L. Zheng, "MCML", Comput. Methods Programs Biomed.
+//! 47, 1995, tables 1 and 2), here in units of 1 mm. Sides are too far away to matter.
 
 use crate::meters::support::*;
 use eikonal::field::Constant;
@@ -29,7 +29,7 @@ fn a_slab_with_matched_index() {
     let parts = parts(objects, media, vec![light], nobody());
     let found = run(parts, &[meter], &options(particles(200_000), 16));
     let power = reading(&found, 0, "binned_power");
-    // Light that leaves, through the faces at z = 0 and z = 0.2.
+    // Power that leaves through the faces at z = 0 and z = 0.2.
     let (reflected, transmitted) = (
         (power.mean[4], power.error[4]),
         (power.mean[5], power.error[5]),
@@ -71,14 +71,14 @@ fn a_half_space_with_an_index_of_its_own() {
     let meters = [0, 1].map(|i| Meter::Irradiance(through(&objects, i, [1, 1], false)));
     let parts = parts(objects, media, vec![light], nobody());
     let found = run(parts, &meters, &options(particles(100_000), 17));
-    // The screen faces +z: side 1 is light that comes back, that reflected at once included.
+    // The screen faces +z: side 1 sees returning light, including directly reflected light.
     let (all, out) = (reading(&found, 1, "power"), reading(&found, 0, "power"));
     println!("{:?}\n{:?}", all.mean, out.mean);
     assert_eq!(all.mean[0], 1.0);
     let zs = [
         (all.mean[1] - 0.259_919) / all.error[1],
         (out.mean[0] - 0.219_919) / out.error[0],
-        // 4 % are reflected at once and do not get in.
+        // 4 % are reflected directly and do not enter.
         (out.mean[1] - 0.96) / out.error[1],
     ];
     max_abs_z(&zs, FAMILY).unwrap();

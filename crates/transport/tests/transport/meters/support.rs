@@ -14,7 +14,7 @@ use std::ops::ControlFlow;
 
 pub const FAMILY: f64 = 1e-3;
 
-/// No camera.
+/// A sensor that sees nothing, for scenes without a camera.
 pub fn nobody() -> Sensor {
     Sensor::Absent(DAffine3::IDENTITY)
 }
@@ -67,7 +67,7 @@ pub fn shells(count: usize) -> FluenceMeter {
     fluence(Coordinates::Spherical, [count, 1, 1], DAffine3::IDENTITY)
 }
 
-/// Through the surface of the `index`th object.
+/// A meter of power through the surface of the `index`th object.
 pub fn through(
     objects: &[Object],
     index: usize,
@@ -88,13 +88,13 @@ pub fn beam(origin: DVec3, direction: DVec3, radius: f64) -> Emitter {
     ))
 }
 
-/// The reading of that name of the `meter`th meter.
+/// The reading `name` of the `meter`th meter.
 pub fn reading<'a>(measurement: &'a Measurement, meter: usize, name: &str) -> &'a Reading {
     let mut readings = measurement.readings[meter].iter();
     readings.find(|r| r.name == name).unwrap()
 }
 
-/// Differences from exact values in standard errors.
+/// Differences from exact values, in standard errors.
 pub fn zs<'a>(reading: &'a Reading, exact: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
     assert_eq!(reading.mean.len(), exact.len());
     let all = reading.mean.iter().zip(&reading.error).zip(exact);

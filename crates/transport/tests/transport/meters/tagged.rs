@@ -1,8 +1,10 @@
-//! Tagged light: what records say that sound does to the phases of paths.
+//! Tagged light: phase modulations that records report for paths.
 //!
-//! - Against brute force: the optical lengths of the same paths at instants of the sound, ray by ray between vertices that the sound has
-//!   moved, in straight, bent and refracting scenes. Numerical, no chance: the same paths on both sides.
-//! - Against diffusion theory of a slab, after Wang, Phys. Rev. Lett. 87, 043903 (2001), an approximation: its accuracy is stated in the test.
+//! - Compared with brute force: optical lengths of the paths at instants of the sound, ray by ray
+//!   between displaced vertices, in straight, bent and refracting scenes. Numerical, not
+//!   statistical: both sides use the same paths.
+//! - Compared with diffusion theory of a slab, after Wang, Phys. Rev. Lett. 87, 043903 (2001), an
+//!   approximation whose accuracy is stated in the test.
 
 use crate::meters::support::*;
 use eikonal::connect::Unbounded;
@@ -29,16 +31,17 @@ use std::ops::ControlFlow;
 const K: f64 = 9.0;
 const ETA: f64 = 0.32;
 pub const N0: f64 = 1.33;
-/// Of the fog in the ball.
+/// Extinction coefficient of the fog in the ball.
 pub const EXTINCTION: f64 = 2.0;
 pub const ALBEDO: f64 = 0.97;
 /// Mean cosine of scattering.
 pub const G: f64 = 0.4;
-/// Amplitude of the index: rays are found to 1e-11 of their length, a hundred-thousandth of it.
+/// Amplitude of the index. Rays are accurate to 1e-11 of their length, a hundred-thousandth of the
+/// resulting change.
 const SOUND: f64 = 2e-5;
 const SOURCE: DVec3 = DVec3::new(0.3, -0.2, -1.15);
 
-/// Sound that turns: both parts of its amplitude count.
+/// A rotating sound wave, in which both parts of the amplitude matter.
 pub fn sound() -> Field {
     let mode = |order: u16, phase: f64, time_phase: f64| {
         let mode = AcousticMode::new(SOUND, order, K, phase).unwrap();
@@ -49,8 +52,8 @@ pub fn sound() -> Field {
     field.with_elasto_optic(ETA).unwrap().into()
 }
 
-/// The sound in a medium that bends rays by itself, but not at the boundary: indices that jump where nothing refracts make optical lengths
-/// that are not stationary.
+/// The sound in a medium that bends rays, but not at the boundary: optical lengths are not
+/// stationary where indices jump without refraction.
 fn in_a_lens() -> Field {
     let lens = Gaussian::new(N0, 0.12, DVec3::ZERO, 0.2).unwrap();
     Sum::new(N0, vec![sound(), lens.into()]).unwrap().into()
@@ -72,7 +75,7 @@ fn ball(index: Field, bsdf: Bsdf) -> Parts {
     )
 }
 
-/// What is around.
+/// The medium around the ball.
 pub fn water(n: f64) -> Medium {
     Medium::transparent("around", Constant::new(n))
 }
@@ -85,7 +88,7 @@ fn tagged_meter(parts: &Parts) -> Meter {
     Meter::Irradiance(meter)
 }
 
-/// A path: its collisions, and whether light was reflected on it.
+/// A path: its collisions, and true if light was reflected on it.
 #[derive(Clone, Debug, Default)]
 pub struct Path {
     pub vertices: Vec<DVec3>,
@@ -107,7 +110,7 @@ impl Observer for Path {
     }
 }
 
-/// A walk that goes on.
+/// A survival rule that never ends a walk.
 struct Always;
 
 impl Survival for Always {
@@ -116,7 +119,7 @@ impl Survival for Always {
     }
 }
 
-/// The path that the particle of a number takes.
+/// Returns the path of the particle with a given number.
 pub fn path(scene: &Scene, seed: u64, number: u64) -> Path {
     let mut sampler = Sampler::new(seed, 0, number);
     let mut ws = Workspace::new(scene.tolerance());
@@ -137,7 +140,7 @@ pub fn path(scene: &Scene, seed: u64, number: u64) -> Path {
     path
 }
 
-/// Where sound has moved what was at a place at rest, by differences of the index: u = ∇(n − n̄)/(k²η).
+/// Displaced position of a point at rest, by differences of the index: u = ∇(n − n̄)/(k²η).
 pub fn moved(sound: &Field, x: DVec3) -> DVec3 {
     let h = 1e-4;
     let along = |axis: DVec3| (sound.n(x + axis * h) - sound.n(x - axis * h)) / (2.0 * h);
@@ -145,7 +148,8 @@ pub fn moved(sound: &Field, x: DVec3) -> DVec3 {
     x + gradient / (K * K * ETA)
 }
 
-/// The optical length of a path to an end at rest at a phase of the sound, through rays between moved vertices.
+/// Optical length of a path to an end at rest at a phase of the sound, along rays between displaced
+/// vertices.
 fn length_at(parts: &Parts, phase: f64, path: &Path, end: DVec3) -> f64 {
     let mut parts = parts.clone();
     for medium in &mut parts.media {
@@ -161,7 +165,7 @@ fn length_at(parts: &Parts, phase: f64, path: &Path, end: DVec3) -> f64 {
     entry.optical_length + length_through(&scene.medium(1).index, &places, 1e-12)
 }
 
-/// The optical length along rays from place to place in an index.
+/// Optical length along rays from position to position through an index.
 pub fn length_through(index: &Field, places: &[DVec3], tolerance: f64) -> f64 {
     let inside = Unbounded(index);
     let leg = |ends: &[DVec3]| {
@@ -172,7 +176,8 @@ pub fn length_through(index: &Field, places: &[DVec3], tolerance: f64) -> f64 {
     places.windows(2).map(leg).sum()
 }
 
-/// Paths in a scene with their modulations: by index and displacement, from records; only those without reflections.
+/// Paths in a scene with their modulations by index and displacement, from records. Paths with
+/// reflections are left out.
 fn tagged_paths(parts: &Parts, particles: u64) -> Vec<(Path, DVec3, DVec2)> {
     let seed = 11;
     let mut at_rest = parts.clone();
@@ -203,7 +208,7 @@ fn tagged_paths(parts: &Parts, particles: u64) -> Vec<(Path, DVec3, DVec2)> {
     found
 }
 
-/// By the index and by displacement.
+/// Returns the modulations of a record, by the index and by displacement.
 fn modulations(table: &RecordTable, row: usize) -> [DVec2; 2] {
     let columns = [&table.index_modulation, &table.displacement_modulation];
     columns.map(|column| DVec2::new(column[2 * row], column[2 * row + 1]))
@@ -217,8 +222,9 @@ pub fn cases() -> [(&'static str, Parts); 3] {
     ]
 }
 
-/// Half the difference of lengths at instants half a period apart is the real part of amplitude times e^{iωt}, up to third order in the
-/// sound. The rest is what rays and integrals are off by: 2e-4 of the root mean square of the amplitudes; 4e-5 were measured.
+/// Half the difference of lengths at instants half a period apart is the real part of the amplitude
+/// times e^{iωt}, up to third order in the sound. The remaining error of rays and integrals is
+/// below 2e-4 of the root mean square of the amplitudes (measured: 4e-5).
 #[test]
 fn modulations_are_those_of_optical_lengths_at_instants() {
     for (name, parts) in cases() {
@@ -241,21 +247,22 @@ fn modulations_are_those_of_optical_lengths_at_instants() {
     }
 }
 
-/// J₀ by the mean of its integral over a period.
+/// Computes J₀ as the mean of its integral over a period.
 fn bessel(z: f64) -> f64 {
     let n = 64 + 4 * z as usize;
     let at = |i: usize| (z * (TAU * i as f64 / n as f64).sin()).cos();
     (0..n).map(at).sum::<f64>() / n as f64
 }
 
-/// The field autocorrelation of the same paths, by phasors and by means over instants of exp(ik(L(t + τ) − L(t))).
+/// The field autocorrelation of the paths by phasors equals the mean over instants of exp(ik(L(t +
+/// τ) − L(t))).
 #[test]
 fn correlations_are_those_of_frozen_instants() {
     const INSTANTS: usize = 24;
     for (name, parts) in cases() {
         let paths = tagged_paths(&parts, 64);
         let mean: f64 = paths.iter().map(|(_, _, m)| m.length_squared()).sum();
-        // Phases of 1.5 or so.
+        // Choose phases of about 1.5.
         let wave_number = 1.5 / (mean / paths.len() as f64).sqrt();
         let lengths: Vec<Vec<f64>> = paths
             .iter()
@@ -283,10 +290,12 @@ fn correlations_are_those_of_frozen_instants() {
     }
 }
 
-/// Mean square of |A|k/n̂ per scattering of a walk with isotropic scattering, l = 1, in a plane wave; `parts` says whether the index and displacement
-/// count. With g(µ) = 1/µ − n₀µ/η, x = kµ and T = atan(k)/k it is 2⟨g²x²/(1 + x²)⟩ + 2⟨gx/(1 + x²)⟩²/(1 − T): by the index alone Wang's
-/// 4(α₁ + α₂), by displacement alone 4 n₀²δ_d/η² with δ_d = 1/6 for large k. Both together are less than their sum, for a wave shortens what it
-/// makes dense; that is left out in his formula.
+/// Mean square of |A|k/n̂ per scattering for a walk with isotropic scattering, l = 1, in a plane
+/// wave; `parts` selects the index and the displacement. With g(µ) = 1/µ − n₀µ/η, x = kµ and T =
+/// atan(k)/k it is 2⟨g²x²/(1 + x²)⟩ + 2⟨gx/(1 + x²)⟩²/(1 − T). By the index alone this is Wang's
+/// 4(α₁ + α₂), by displacement alone 4 n₀²δ_d/η² with δ_d = 1/6 for large k. Both together are less
+/// than their sum, because a wave compresses the medium where it makes it dense; Wang's formula
+/// leaves this out.
 fn square_per_scattering(k: f64, [index, displacement]: [f64; 2]) -> f64 {
     let n = 4000;
     let (mut squares, mut mean) = (0.0, 0.0);
@@ -311,11 +320,13 @@ fn mean_squares_are_those_of_wang() {
     assert!((found * (ETA / N0).powi(2) * 1.5 - 1.0).abs() < 2e-3);
 }
 
-/// Transmission through a slab of ten mean free paths that scatters isotropically, by a plane wave of sound across it: with phases of many
-/// scatterings, which are Gaussian, G₁ = (d/z₀) sinh(z₀q)/sinh(dq) of diffusion theory with q² = (3/2) k₀²⟨|A|²⟩(1 − cos ωτ) per scattering, from
-/// extrapolated boundaries.
+/// Tests the transmission through an isotropically scattering slab of ten mean free paths, by a
+/// plane sound wave across it. Phases of many scatterings are Gaussian. Diffusion theory with
+/// extrapolated boundaries gives G₁ = (d/z₀) sinh(z₀q)/sinh(dq), with q² = (3/2) k₀²⟨|A|²⟩(1 − cos
+/// ωτ) per scattering.
 ///
-/// That is an approximation: 0.02 of G₁(0) are granted, beyond 4.1 standard errors (18 comparisons, which are correlated: 8e-4).
+/// Diffusion theory is an approximation: the test allows 0.02 of G₁(0), beyond 4.1 standard errors
+/// (18 correlated comparisons: 8e-4).
 #[test]
 fn a_slab_correlates_as_diffusion_theory_says() {
     let (depth, amplitude, wavelength) = (10.0, 1e-5, 3.0);
@@ -351,7 +362,7 @@ fn a_slab_correlates_as_diffusion_theory_says() {
     for parts in [[1.0, 0.0], [0.0, 1.0], [1.0, 1.0]] {
         let square = square_per_scattering(k, parts) * (amplitude / k).powi(2);
         for phase in [0.1, 0.3] {
-            // Per scattering.
+            // Phase per scattering.
             let k0 = phase / square.sqrt();
             for turned in [0.5_f64, 1.2, PI] {
                 let value = |row: usize| {

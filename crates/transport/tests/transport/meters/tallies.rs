@@ -1,4 +1,5 @@
-//! Independent particle tallies of curved-ray transport (`../data/README.md`).
+//! Meters, compared with independent particle tallies of curved-ray transport
+//! (`../data/README.md`).
 
 use crate::meters::support::*;
 use eikonal::Field;
@@ -22,7 +23,7 @@ fn numbers(v: &Value) -> Vec<f64> {
     numbers.map(|x| x.as_f64().unwrap()).collect()
 }
 
-/// z of means and errors against a tally's. Bins that both find empty do not count.
+/// Compares means and errors with a tally by z. Bins that both find empty do not count.
 fn compare(
     name: &str,
     (found, errors): (impl AsRef<[f64]>, impl AsRef<[f64]>),
@@ -107,9 +108,9 @@ fn a_luneburg_ball_in_a_beam() {
         (&total[..1], &error[..1]),
         &tallies["total_exit_fraction"],
     ));
-    // ∫ power × OPL from the entrance on. Before it light has gone 2 − (1 − ρ²)^½ at a distance ρ from the
-    // axis, on average 1.022956 over the disc; that this correlates with what gets through is
-    // below 1e-3 of the error here, since it varies by 0.014 only.
+    // ∫ power × OPL from the entrance. Before it, light at the distance ρ from the axis has the
+    // length 2 − (1 − ρ²)^½, on average 1.022956 over the disc. Its correlation with the
+    // transmitted light is below 1e-3 of the error here, because it varies by only 0.014.
     let (moment, error) = values(&found, 2, "optical_moment");
     let before = 2.0 - 2.0 / 3.0 * (1.0 - 0.91f64.powf(1.5)) / 0.09;
     let exits = tallies["total_exit_fraction"]["mean"].as_f64().unwrap();
@@ -130,7 +131,7 @@ fn a_luneburg_ball_around_a_point_source() {
         intensity: Spectrum::splat(0.25 / PI),
     };
     let mut parts = luneburg_ball(1.0, 1.0, light);
-    // Polar angles of the sphere's own coordinates count from its local z axis: turned towards +x.
+    // The sphere's polar angles count from its local z axis, turned towards +x.
     let turned = DAffine3::from_rotation_y(PI / 2.0);
     parts.objects[0].shape = Sphere::new(turned).unwrap().into();
     let positions = through(&parts.objects, 0, [1, 10], false);
@@ -164,7 +165,7 @@ fn a_luneburg_ball_around_a_point_source() {
         (&power[..20], &error[..20]),
         &tallies["exit_power_by_opl"],
     ));
-    // All of it escapes, so that the moment is the mean.
+    // All light escapes, so that the moment is the mean.
     let (moment, error) = values(&found, 2, "optical_moment");
     let mean = &tallies["mean_opl_of_exiting_power"];
     zs.extend(compare("mean opl", (&moment[..1], &error[..1]), mean));
@@ -174,7 +175,7 @@ fn a_luneburg_ball_around_a_point_source() {
 
 const N_SLAB: f64 = 1.3333;
 
-/// The slab of the waveguide reference, with the matched index all around, and a disk just behind it.
+/// The slab of the waveguide reference, surrounded by the matched index, and a disk just behind it.
 fn waveguide(index: Field) -> Parts {
     let slab = scaled(DVec3::new(3.0, 1.5, 1.5), DVec3::X * 3.0);
     let disk = DAffine3::from_translation(DVec3::X * (6.0 + 1e-6))

@@ -1,4 +1,4 @@
-//! Without their known bias photon maps show what other estimators find.
+//! Agreement of photon maps, without their known bias, with other estimators.
 
 use crate::common::{mean, shoot_by};
 use crate::photons::support::{bdpt, in_glass, matched, photons, white_ball};
@@ -17,7 +17,7 @@ fn debiased(mapping: PhotonMapping, parts: Parts, samples: u64, seed: u64) -> (f
     rendering.debiased.unwrap().film.summary()
 }
 
-/// In each scene the errors of both means are 1 to 4 %.
+/// Means agree. In each scene the errors of both means are 1 to 4 %.
 #[test]
 fn photons_show_what_bdpt_shows() {
     type Make = fn() -> Parts;
@@ -51,7 +51,7 @@ fn photons_show_what_bdpt_shows() {
     max_abs_z(&zs, FAMILY).unwrap();
 }
 
-/// Depths are counted as other estimators count them: layers by bounces agree.
+/// Depths are counted as in other estimators: layers by bounces agree.
 #[test]
 fn bounces_are_told_apart() {
     let film = |integrator, samples, seed| -> Film {

@@ -1,4 +1,4 @@
-//! The bias of photon maps, and the estimate of it, against closed forms.
+//! The bias of photon maps and its estimate, compared with closed forms.
 
 use crate::common::shoot_by;
 use crate::photons::FAMILY;
@@ -14,8 +14,9 @@ fn kernel(query: PhotonQuery, radius: f64) -> Kernel {
     }
 }
 
-/// The expectation of the blurred image differs from the image by r², that of the debiased one by r⁴: so do
-/// the closed forms that the next test uses. They are not pure powers: the tolerance is the next order's part.
+/// The expectation of the blurred image differs from the image by r², and of the debiased image by
+/// r⁴. The closed forms of the next test do so, too. They are not pure powers; the tolerance is the
+/// term of the next order.
 #[test]
 fn bias_is_of_second_order_and_what_is_left_of_fourth() {
     let truth = InBox::pixels().iter().sum::<f64>() / 16.0;
@@ -28,12 +29,13 @@ fn bias_is_of_second_order_and_what_is_left_of_fourth() {
     }
 }
 
-/// Renders have these expectations, for several radii. At the largest the bias is 15 % of the image.
+/// Renders have these expectations for several radii. At the largest radius the bias is 15 % of the
+/// image.
 #[test]
 fn renders_are_blurred_and_debiased_as_they_should_be() {
     let truth = InBox::pixels().iter().sum::<f64>() / 16.0;
     let mut zs = Vec::new();
-    // A point of a ray sees less than the whole ray does.
+    // A point of a ray collects less than the whole ray.
     for (query, paths, samples) in [
         (PhotonQuery::Beam, 4000, 30),
         (PhotonQuery::Point, 1000, 150),

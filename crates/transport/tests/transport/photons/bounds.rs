@@ -1,4 +1,4 @@
-//! The bounds of the errors of progressive photon mapping, and stopping by them.
+//! Error bounds of progressive photon mapping, and stopping by them.
 
 use crate::common::shoot_by;
 use crate::photons::support::{InBox, boxed, photons};
@@ -18,7 +18,7 @@ fn progressive() -> Integrator {
     })
 }
 
-/// P(X ≤ k) of a binomial distribution.
+/// Computes P(X ≤ k) of a binomial distribution.
 fn binomial(n: u64, k: u64, p: f64) -> f64 {
     let mut term = (1.0 - p).powi(n as i32);
     let mut sum = term;
@@ -29,8 +29,8 @@ fn binomial(n: u64, k: u64, p: f64) -> f64 {
     sum
 }
 
-/// In every pixel the bound holds in 95 % of independent renders at least, as far as so many can tell, and over all
-/// pixels (in the long run); without its part for the bias it does not.
+/// In every pixel the bound holds in at least 95 % of independent renders, as far as their number
+/// can tell, and over all pixels in the long run. Without its term for the bias it does not.
 #[test]
 fn bounds_hold_as_often_as_they_say() {
     let repeats = if long() { 100 } else { 20 };
@@ -61,7 +61,7 @@ fn bounds_hold_as_often_as_they_say() {
     assert!(p_noise < FAMILY / truth.len() as f64, "no power");
 }
 
-/// A render that is to have some error ends with it.
+/// A render with a target error ends once it reaches the target.
 #[test]
 fn renders_stop_at_their_error() {
     let mut options = RenderOptions::new(progressive(), 100_000, 9);
@@ -76,12 +76,13 @@ fn renders_stop_at_their_error() {
     let truth = InBox::pixels().iter().sum::<f64>() / 16.0;
     let difference = (rendering.film.summary().0 - truth) / truth;
     println!("{} samples, off by {difference}", rendering.samples);
-    // Bias is within the error for certain, noise within 3.3 times it but for one in a thousand.
+    // The bias is within the error with certainty; the noise is within 3.3 times the error except
+    // in one of a thousand cases.
     assert!(p_value(3.3) < FAMILY);
     assert!(difference.abs() < 3.3 * 0.05);
 }
 
-/// The progressive mean converges: with more samples both bias and noise get smaller.
+/// The progressive mean converges: with more samples both bias and noise decrease.
 #[test]
 fn errors_shrink() {
     let error = |samples| {
@@ -92,7 +93,7 @@ fn errors_shrink() {
     };
     let (few, many) = (error(16), error(256));
     println!("{few:?} {many:?}");
-    // Radii squared fall as N^(−1/3) and so does their mean, up to 3/2 of the last: 0.44 from 16 to 256. Noise
-    // falls by about as much.
+    // Squared radii fall as N^(−1/3) and so does their mean, up to 3/2 of the last: 0.44 from 16 to
+    // 256. Noise falls by about as much.
     assert!(many.0 < 0.6 * few.0 && many.1 < 0.6 * few.1);
 }

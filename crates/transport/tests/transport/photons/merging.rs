@@ -1,4 +1,5 @@
-//! Vertex connection and merging against bidirectional path tracing: where both see the light, and where only merging does.
+//! Vertex connection and merging (VCM), compared with bidirectional path tracing: where both find
+//! the light, and where only merging does.
 
 use crate::common::{container, fog, mean, parts, shoot_by, vacuum};
 use crate::photons::FAMILY;
@@ -28,7 +29,7 @@ fn vcm(radius: f64) -> Vcm {
     }
 }
 
-/// With a film of 32 × 32 pixels, and thus so many light subpaths.
+/// A scene with a film of 32 × 32 pixels, and thus as many light subpaths.
 fn larger(make: fn() -> Parts) -> Parts {
     let mut parts = make();
     (parts.film.width, parts.film.height) = (32, 32);
@@ -40,8 +41,8 @@ fn debiased(rendering: &Rendering) -> (f64, f64) {
     rendering.debiased.as_ref().unwrap().film.summary()
 }
 
-/// A box of fog between half-open white walls, lit by a panel: hits, next events, connections and mergings on surfaces and in a
-/// medium all find its light.
+/// A box of fog between half-open white walls, lit by a panel. Hits, next events, connections and
+/// mergings on surfaces and in a medium all find its light.
 fn room() -> Parts {
     let white = || Bsdf::Diffuse(Diffuse::new(Spectrum::splat(0.7)).unwrap());
     let wall = |matrix3: DMat3, translation: DVec3, bsdf: Bsdf| Object {
@@ -87,7 +88,8 @@ fn room() -> Parts {
     )
 }
 
-/// The errors of both means are 1 to 4 %. Radii are so large that the blur is seen: its bias is taken off.
+/// Means agree. Their errors are 1 to 4 %. Radii are so large that the blur shows; its bias is
+/// subtracted.
 #[test]
 fn merging_shows_what_connections_show() {
     type Make = fn() -> Parts;
@@ -118,8 +120,9 @@ fn merging_shows_what_connections_show() {
     max_abs_z(&zs, FAMILY).unwrap();
 }
 
-/// A spot lights a floor, or black ground under fog, which a sensor sees, by way of a mirror each; or without mirrors, unfolded. All in a
-/// medium whose index grows upwards, so that rays are curved and mirrors at x = ±2 map them to others.
+/// A spot lights a floor, or black ground under fog, and a sensor sees it, each by way of a mirror;
+/// or the scene is unfolded, without mirrors. The index grows upwards everywhere, so that rays are
+/// curved, and mirrors at x = ±2 map rays to rays.
 fn ground(is_foggy: bool, through_mirrors: bool) -> Parts {
     let (light, toward) = (DVec3::new(-3.0, 0.0, 1.5), DVec3::new(3.0, 0.0, -1.4));
     let (eye, ahead) = (DVec3::new(3.0, 0.0, 1.2), DVec3::new(-3.0, 0.0, -1.1));
@@ -148,7 +151,7 @@ fn ground(is_foggy: bool, through_mirrors: bool) -> Parts {
         ),
         rectangle(DMat3::IDENTITY, DVec3::ZERO, white),
     ];
-    // x → 2c − x, if there is a mirror at x = c.
+    // Reflect at a mirror at x = c: x → 2c − x.
     let fold = |x: DVec3, c: f64| {
         if through_mirrors {
             DVec3::new(2.0 * c - x.x, x.y, x.z)
@@ -196,7 +199,7 @@ fn ground(is_foggy: bool, through_mirrors: bool) -> Parts {
     )
 }
 
-/// No connection finds light that is reflected by a mirror on every part of its way; merging does.
+/// No connection finds light that mirrors reflect on every part of its path; merging does.
 #[test]
 fn merging_shows_what_no_connection_finds() {
     let folded = || larger(|| ground(false, true));
@@ -215,7 +218,8 @@ fn merging_shows_what_no_connection_finds() {
     max_abs_z(&[two_sample_z(a, se_a, b, se_b)], FAMILY).unwrap();
 }
 
-/// The same of fog that scatters once. What scatters twice, with a mirror before the sensor only, is as long and found by connections.
+/// Merging also finds such light in fog that scatters once. Light that scatters twice, with a
+/// mirror in front of the sensor only, has equal length, and connections find it.
 #[test]
 fn merging_in_fog_shows_what_no_connection_finds() {
     let folded = || larger(|| ground(true, true));
@@ -237,7 +241,7 @@ fn merging_in_fog_shows_what_no_connection_finds() {
     max_abs_z(&[two_sample_z(a, se_a, b, se_b)], FAMILY).unwrap();
 }
 
-/// The mean of blurred light nears that without as radii shrink.
+/// The mean of blurred light approaches the mean without blur as radii shrink.
 #[test]
 fn bias_goes_with_the_radius() {
     let folded = || larger(|| ground(false, true));
@@ -248,12 +252,12 @@ fn bias_goes_with_the_radius() {
     };
     let [few, many] = [4, 64].map(bias);
     println!("bias after 4 samples {few}, after 64 {many}");
-    // Mean bias falls as N^{−1/3}: by 0.4 from 4 to 64.
+    // The mean bias falls as N^{−1/3}: by 0.4 from 4 to 64.
     assert!(few.abs() > 0.02, "no blur to be seen");
     assert!(many.abs() < 0.55 * few.abs());
 }
 
-/// Depths are counted as other estimators count them: layers by bounces agree.
+/// Depths are counted as in other estimators: layers by bounces agree.
 #[test]
 fn bounces_are_told_apart() {
     let film = |integrator: Integrator, samples, seed| -> Film {
@@ -277,7 +281,7 @@ fn bounces_are_told_apart() {
     max_abs_z(&zs, FAMILY).unwrap();
 }
 
-/// Whoever asks for the sample of one sensor ray gets light subpaths for it alone.
+/// A single sensor ray can be sampled on its own, with its own light subpaths.
 #[test]
 fn one_ray_sees_the_same() {
     let small = |make: fn() -> Parts| {
@@ -297,7 +301,7 @@ fn one_ray_sees_the_same() {
         let mut found = Vec::new();
         let estimator = Integrator::Vcm(vcm(0.1));
         estimator.sample(&scene, ray, 1, &mut sampler, &mut ws, &mut found);
-        // What arrives beside the image is not in it.
+        // Leave out contributions beside the image.
         let inside = |x: &f64| (0.0..1.0).contains(x);
         let seen = found
             .iter()

@@ -1,7 +1,8 @@
-//! Photon maps against bidirectional path tracing, and their errors against what they say of them.
+//! Photon maps, compared with bidirectional path tracing, and their reported errors with the
+//! measured ones.
 //!
-//! False-alarm rate: 1e-3 for each test, over all its comparisons, with fixed seeds. References are other
-//! estimators, whose own errors count.
+//! False-alarm rate: 1e-3 for each test, over all its comparisons, with fixed seeds. References are
+//! other estimators, whose own errors count.
 
 mod agreement;
 mod bias;

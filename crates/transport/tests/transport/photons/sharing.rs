@@ -1,4 +1,4 @@
-//! Photon maps and threads, and scenes without photons.
+//! Photon maps on several threads, and scenes without photons.
 
 use crate::common::{glass, parts, shoot_by, vacuum};
 use crate::photons::support::{ball, in_glass, photons, view};
@@ -37,7 +37,7 @@ fn images_do_not_depend_on_threads() {
     }
 }
 
-/// Nothing to see is no error, but it is counted.
+/// A scene without photons is not an error, but is counted.
 #[test]
 fn a_scene_without_photons_is_dark() {
     let scene = parts(vec![], vec![vacuum()], vec![], view(1.0));
@@ -48,7 +48,7 @@ fn a_scene_without_photons_is_dark() {
     assert_eq!(rendering.film.summary().0, 0.0);
 }
 
-/// Colours of different indices are rendered one by one, and each has its bias.
+/// Colours of different indices are rendered one by one, each with its own bias.
 #[test]
 fn groups_of_channels_have_their_own_bias() {
     let scenes = [1.1, 1.2, 1.3].map(|n0| {

@@ -1,4 +1,4 @@
-//! Scenes with photons.
+//! Scenes for tests of photon maps.
 
 use crate::common::{container, fog, glass, parts, vacuum};
 use eikonal::Field;
@@ -36,7 +36,7 @@ pub fn beam(radius: f64) -> Emitter {
     ))
 }
 
-/// A ball of fog, in glass or in nothing, in a beam.
+/// A ball of fog in a beam, in glass or without a wall.
 pub fn ball(index: Field, wall: Bsdf, half: f64) -> Parts {
     let sphere = Sphere::around(DVec3::ZERO, 1.0).unwrap();
     parts(
@@ -47,7 +47,7 @@ pub fn ball(index: Field, wall: Bsdf, half: f64) -> Parts {
     )
 }
 
-/// Rays bend, without a jump at the surface.
+/// A scene whose rays bend, without an index jump at the surface.
 pub fn matched() -> Parts {
     ball(
         Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap().into(),
@@ -56,7 +56,7 @@ pub fn matched() -> Parts {
     )
 }
 
-/// Rays bend, and are refracted and reflected at the surface.
+/// A scene whose rays bend, and are refracted and reflected at the surface.
 pub fn in_glass() -> Parts {
     ball(
         Luneburg::new(1.3, DVec3::ZERO, 2.0).unwrap().into(),
@@ -68,8 +68,8 @@ pub fn in_glass() -> Parts {
 /// Standard deviation of the irradiance of the beam in the box.
 const SPREAD: f64 = 0.2;
 
-/// A box of fog, |x|, |y|, |z| ≤ 1, that a beam along x enters, seen around its axis. Single scattering there is
-/// known in closed form: see [`InBox`].
+/// A box of fog, |x|, |y|, |z| ≤ 1, that a beam along x enters, seen around the beam's axis. Its
+/// single scattering has a closed form: see [`InBox`].
 pub fn boxed() -> Parts {
     let walls = Cube::new(DAffine3::IDENTITY).unwrap();
     parts(
@@ -80,7 +80,7 @@ pub fn boxed() -> Parts {
     )
 }
 
-/// The view of the box in single scattering, without photons and by them.
+/// Closed forms for the view of the box in single scattering, without photons and with them.
 pub struct InBox;
 
 impl InBox {
@@ -107,9 +107,10 @@ impl InBox {
         (0..16).map(pixel).collect()
     }
 
-    /// Mean over the image of what photons show, and of what they show without known bias.
+    /// Mean over the image with photons, and without the known bias.
     pub fn blurred(kernel: Kernel, query: PhotonQuery) -> [f64; 2] {
-        // The view is small: moving the light is moving the view, and the mean of the image factors out.
+        // The view is small: moving the light equals moving the view, and the mean of the image
+        // factors out.
         let image = Self::pixels().iter().sum::<f64>() / 16.0 / Self::moved(0.0, 0.0, 0.0);
         let (rings, angles, planes) = match query {
             PhotonQuery::Beam => (200, 24, 1),
@@ -166,7 +167,7 @@ pub fn white_ball() -> Parts {
     scene
 }
 
-/// Maps of so many photons and a radius.
+/// Photon mapping with a number of photons and a radius.
 pub fn photons(photons: usize, radius: f64, query: PhotonQuery) -> PhotonMapping {
     PhotonMapping {
         photons: Some(photons),

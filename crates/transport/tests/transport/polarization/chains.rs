@@ -1,4 +1,4 @@
-//! Paths whose events are known: interfaces, mirrors, bent rays.
+//! Polarisation along paths with known events: interfaces, mirrors, bent rays.
 
 use crate::polarization::field::{Coherency, reflection, refraction, sun};
 use crate::polarization::{assert_alike, horizontal, polarized, stokes};
@@ -49,7 +49,7 @@ fn mirrored(d: DVec3, normal: DVec3) -> DVec3 {
     d - 2.0 * d.dot(normal) * normal
 }
 
-/// Light of a sky that a pond reflects at Brewster's angle is polarised horizontally.
+/// A pond polarises light of the sky horizontally at Brewster's angle.
 #[test]
 fn reflections_at_brewsters_angle_are_horizontal() {
     let theta = GLASS.atan();
@@ -64,7 +64,7 @@ fn reflections_at_brewsters_angle_are_horizontal() {
         .unwrap();
     let found = stokes(&polarized(&scene, Some(2), 4096, 1));
     assert_alike(found, [1.0, 1.0, 0.0, 0.0], 1e-6);
-    // Of unpolarised light half of the reflectance of the perpendicular component is reflected.
+    // Of unpolarised light, half of the perpendicular reflectance is reflected.
     let [s, _] = reflection(theta.cos(), GLASS.into());
     assert!(
         (found[0] / (0.5 * s.norm_sqr()) - 1.0).abs() < 0.3,
@@ -72,7 +72,8 @@ fn reflections_at_brewsters_angle_are_horizontal() {
     );
 }
 
-/// A metal in glass polarises light at an angle to the plane of a total reflection, which makes it elliptical.
+/// A metal in glass polarises light at an angle to the plane of a total reflection, which makes the
+/// light elliptical.
 #[test]
 fn total_reflection_makes_linear_light_elliptical() {
     let angle = 55f64.to_radians();
@@ -104,7 +105,8 @@ fn total_reflection_makes_linear_light_elliptical() {
     }
 }
 
-/// A metal plate at the end of a graded rod, seen along a helix: the light is carried along the helix without turning about it.
+/// A metal plate at the end of a graded rod is seen along a helix. Parallel transport carries the
+/// light along the helix without rotation about it.
 #[test]
 fn a_helix_turns_what_is_seen_along_it() {
     let [n0, alpha, radius, length]: [f64; 4] = [1.5, 1.0, 0.5, 2.3];
@@ -126,7 +128,8 @@ fn a_helix_turns_what_is_seen_along_it() {
             .build()
             .unwrap();
         let found = stokes(&polarized(&scene, None, 4, 1));
-        // At the plate, the plane of incidence is across the radius; carried back, that turns in the frame of normal and binormal.
+        // At the plate, the plane of incidence is perpendicular to the radius; transported back, it
+        // rotates in the frame of normal and binormal.
         let s = length / cos;
         let (turn_sin, turn_cos) = (sin * cos * s / radius).sin_cos();
         let normal = -DVec3::X;
@@ -143,7 +146,8 @@ fn a_helix_turns_what_is_seen_along_it() {
     }
 }
 
-/// Light that a hazy block refracts before it scatters, seen from inside: connections from infinitely far and from far away.
+/// A hazy block refracts light before scattering it; the camera is inside. Connections start from
+/// infinitely far and from far away.
 #[test]
 fn connections_carry_polarisation_through_interfaces() {
     let travels = DVec3::new(0.8, 0.3, -0.5).normalize();
@@ -167,7 +171,7 @@ fn connections_carry_polarisation_through_interfaces() {
             .emitter(emitter)
             .build()
             .unwrap();
-        // Of two edges, one of them through the top.
+        // Keep paths of two edges, one of them through the top.
         let found = stokes(&polarized(&scene, Some(3), 2048, 3));
         assert_alike(found, expected, allowed);
     }
@@ -177,7 +181,8 @@ fn roughness() -> Roughness {
     Roughness::new(Distribution::Ggx, 0.4).unwrap()
 }
 
-/// Rough metal and rough glass under the sun, from outside and from within: each facet is a smooth interface.
+/// Rough metal and rough glass under the sun, from outside and from inside: each facet is a smooth
+/// interface.
 #[test]
 fn facets_polarise_as_smooth_interfaces_do() {
     let travels = DVec3::new(0.5, 0.3, -0.6).normalize();

@@ -1,7 +1,8 @@
-//! Stokes vectors by estimators that follow light from the sensor, from the emitters, and from both.
+//! Stokes vectors by estimators that trace light from the sensor, from the emitters, and from both.
 //!
-//! Estimators share the matrices of events, and neither the frames nor the order in which they multiply: the path tracer multiplies
-//! matrices from the sensor on, the particle tracer Stokes vectors from the emitter on. False-alarm rate: 1e-4 for each test.
+//! Estimators share the matrices of events, but neither frames nor the order of multiplication: the
+//! path tracer multiplies matrices from the sensor on, and the particle tracer Stokes vectors from
+//! the emitter on. False-alarm rate: 1e-4 for each test.
 
 use super::filters::{polarizer, square};
 use super::polarized_by;
@@ -33,8 +34,8 @@ fn total(all: &[Estimate]) -> Estimate {
     (sum, variance.sqrt())
 }
 
-/// Asserts that estimators find the same Stokes parameters, and that light is polarised in all ways that are `expected`: the
-/// least share of Q, U and V in the image.
+/// Asserts that estimators find equal Stokes parameters, and that the light has all `expected`
+/// kinds of polarisation: the smallest fractions of Q, U and V in the image.
 fn assert_agree(scene: &Scene, max_depth: u32, samples: [u64; 3], expected: [f64; 3]) {
     let pixels = scene.film().width * scene.film().height;
     let [path, particle, both] = std::array::from_fn(|i| {
@@ -64,7 +65,7 @@ fn assert_agree(scene: &Scene, max_depth: u32, samples: [u64; 3], expected: [f64
     for (name, other) in [("particle", &particle), ("bdpt", &both)] {
         let z = |(a, sa): &Estimate, (b, sb): &Estimate| two_sample_z(*a, *sa, *b, *sb);
         let mut zs: Vec<f64> = path.iter().zip(other).map(|(a, b)| z(a, b)).collect();
-        // Each parameter and channel of the whole image.
+        // Compare each parameter and channel of the whole image.
         let sums = path.chunks(pixels).zip(other.chunks(pixels));
         zs.extend(sums.map(|(a, b)| z(&total(a), &total(b))));
         let [(light, a), (_, b)] = [&path, other].map(|all| total(&all[..pixels]));
@@ -91,7 +92,8 @@ fn roughness() -> Roughness {
     Roughness::new(Distribution::Ggx, 0.4).unwrap()
 }
 
-/// Two rough metals, whose matrices differ by channel, behind a polariser, and a rough pane of glass that light passes.
+/// Two rough metals, whose matrices differ by channel, behind a polariser, and a rough pane of
+/// glass that light passes.
 #[test]
 fn rough_surfaces_polarise_alike_from_both_ends() {
     let spectrum = |a, b| Spectrum([a, b, 0.0, 0.0]);
@@ -144,7 +146,8 @@ fn rough_surfaces_polarise_alike_from_both_ends() {
     assert_agree(&scene, 6, [20_000, 20_000, 10_000], [0.05, 0.05, 0.005]);
 }
 
-/// Small spheres in glass of a varying index, with lights inside and outside of its smooth faces: rays are bent, and connections refracted.
+/// Small spheres in glass of varying index, with lights inside and outside of its smooth faces:
+/// rays bend, and connections are refracted.
 #[test]
 fn spheres_in_graded_glass_polarise_alike_from_both_ends() {
     let spheres = Spheres {
@@ -180,7 +183,7 @@ fn spheres_in_graded_glass_polarise_alike_from_both_ends() {
     assert_agree(&scene, 6, [20_000, 40_000, 20_000], [0.05, 0.05, 0.003]);
 }
 
-/// Glass that glows and scatters: paths from the sensor find the light of volumes along their edges.
+/// Glowing and scattering glass: paths from the sensor find the light of volumes along their edges.
 #[test]
 fn glowing_volumes_polarise_alike_from_both_ends() {
     let glow = Medium {

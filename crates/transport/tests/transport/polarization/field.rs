@@ -1,4 +1,4 @@
-//! Partially polarised light as the correlations of its electric field in world coordinates.
+//! Partially polarised light as correlations of its electric field in world coordinates.
 
 use glam::{DMat3, DVec3};
 use morgana_transport::emitter::Emitter;
@@ -20,7 +20,7 @@ impl Coherency {
         }
     }
 
-    /// Of unit intensity, along an axis.
+    /// Linearly polarised light of unit intensity along an axis.
     pub fn linear(axis: DVec3) -> Self {
         Coherency {
             re: outer(axis, axis),
@@ -28,7 +28,8 @@ impl Coherency {
         }
     }
 
-    /// After what multiplies the field along the second of two axes across the light by an amplitude.
+    /// Returns the light behind an element that multiplies the field along the second of two axes
+    /// across the light by an amplitude.
     pub fn retarded(self, [fast, slow]: [DVec3; 2], amplitude: Complex64) -> Self {
         let along = outer(slow, slow);
         self.mapped(
@@ -37,7 +38,7 @@ impl Coherency {
         )
     }
 
-    /// After a linear map of fields.
+    /// Returns the light after a linear map of fields.
     fn mapped(self, re: DMat3, im: DMat3) -> Self {
         // (A + iB)(R + iJ)(Aᵀ − iBᵀ).
         let left = [re * self.re - im * self.im, re * self.im + im * self.re];
@@ -48,7 +49,8 @@ impl Coherency {
         }
     }
 
-    /// After an event at an interface of the given normal, with amplitudes across and in the plane of incidence.
+    /// Returns the light after an event at an interface of the given normal, with amplitudes
+    /// perpendicular to the plane of incidence and in it.
     pub fn met(self, [k, out]: [DVec3; 2], normal: DVec3, [s, p]: [Complex64; 2]) -> Self {
         let across = k.cross(normal).normalize();
         let [before, after] = [
@@ -58,12 +60,12 @@ impl Coherency {
         self.mapped(before * s.re + after * p.re, before * s.im + after * p.im)
     }
 
-    /// After scattering by a dipole into a direction.
+    /// Returns the light that a dipole scatters into a direction.
     pub fn scattered(self, out: DVec3) -> Self {
         self.mapped(DMat3::IDENTITY - outer(out, out), DMat3::ZERO)
     }
 
-    /// The Stokes vector of light in the direction `k`, in the frame of an axis.
+    /// Returns the Stokes vector of light in the direction `k`, in the frame of an axis.
     pub fn stokes(&self, k: DVec3, x: DVec3) -> [f64; 4] {
         let y = k.cross(x);
         let re = |a: DVec3, b: DVec3| a.dot(self.re * b);
@@ -76,7 +78,7 @@ fn outer(a: DVec3, b: DVec3) -> DMat3 {
     DMat3::from_cols(a * b.x, a * b.y, a * b.z)
 }
 
-/// Amplitudes of reflection at an index relative to that in front.
+/// Returns the amplitudes of reflection for an index relative to the medium in front.
 pub fn reflection(cos: f64, index: Complex64) -> [Complex64; 2] {
     let square = index * index;
     let far = (square - (1.0 - cos * cos)).sqrt();
@@ -87,7 +89,7 @@ pub fn reflection(cos: f64, index: Complex64) -> [Complex64; 2] {
     ]
 }
 
-/// Amplitudes of refraction, in any unit.
+/// Returns the amplitudes of refraction, in an arbitrary unit.
 pub fn refraction(cos: f64, index: f64) -> [Complex64; 2] {
     let far = (1.0 - (1.0 - cos * cos) / index.powi(2)).sqrt();
     let across = 2.0 * cos / (cos + index * far);
@@ -95,7 +97,7 @@ pub fn refraction(cos: f64, index: f64) -> [Complex64; 2] {
     [across.into(), within.into()]
 }
 
-/// Light from infinitely far away that travels in a direction.
+/// Creates an emitter of light from infinity that travels in a direction.
 pub fn sun(direction: DVec3) -> Emitter {
     Emitter::Directional {
         direction: direction.normalize(),

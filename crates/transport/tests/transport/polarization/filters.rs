@@ -24,14 +24,14 @@ fn retarder(theta: f64, delta: f64) -> FilterElement {
     }
 }
 
-/// A square of a half width of 3 around a point, that is turned.
+/// A rotated square of half-width 3 around a point.
 pub fn square(name: &str, center: DVec3, turn: DQuat, element: FilterElement) -> ObjectBuilder {
     let to_world = DAffine3::from_scale_rotation_translation(DVec3::splat(3.0), turn, center);
     let filter = PolarizingFilter::new(element, Spectrum::ONE).unwrap();
     Object::builder(name, Rectangle::new(to_world).unwrap()).bsdf(Bsdf::Filter(Box::new(filter)))
 }
 
-/// Stokes parameters of unit light from behind filters that are met one after the other, the last nearest to the sensor.
+/// Stokes parameters of unit light behind filters in sequence, the last one nearest to the sensor.
 pub fn behind(filters: Vec<(FilterElement, DQuat)>) -> [f64; 4] {
     let camera = Camera::orthographic(DVec3::Z * 9.0, DVec3::ZERO, 1e-3).with_up(DVec3::Y);
     let mut scene = Scene::builder().film(1, 1).channels(1).camera(camera);
@@ -43,8 +43,9 @@ pub fn behind(filters: Vec<(FilterElement, DQuat)>) -> [f64; 4] {
     stokes(&polarized(&scene, None, 4, 1))
 }
 
-/// Stokes parameters by Mitsuba 3.9.1 (scalar_spectral_polarized) of unpolarised light that filters let pass to a camera, over their
-/// intensity; to its four digits. Mitsuba turns the axes of polarisers the other way than those of retarders.
+/// Compares Stokes parameters with Mitsuba 3.9.1 (scalar_spectral_polarized): unpolarised light
+/// that filters transmit to a camera, divided by its intensity, to Mitsuba's four digits. Mitsuba
+/// rotates the axes of polarisers in the opposite sense to those of retarders.
 #[test]
 fn filters_do_what_those_of_mitsuba_do() {
     let plain = DQuat::IDENTITY;
@@ -90,7 +91,7 @@ fn filters_do_what_those_of_mitsuba_do() {
     }
 }
 
-/// Malus's law, and light that a quarter-wave plate between crossed polarisers lets pass.
+/// Tests Malus's law, and light that a quarter-wave plate between crossed polarisers transmits.
 #[test]
 fn polarisers_pass_the_square_of_the_cosine() {
     let plain = DQuat::IDENTITY;
@@ -105,8 +106,8 @@ fn polarisers_pass_the_square_of_the_cosine() {
     assert!((found[0] - 0.25).abs() < 1e-6, "{found:?}");
 }
 
-/// The sun and a bulb light a slab through a tilted polariser and, behind it, a retarder. Light that is scattered once has the polarisation
-/// of dipoles in that field.
+/// The sun and a bulb light a slab through a tilted polariser and a retarder behind it. Light
+/// scattered once has the polarisation of dipoles in this field.
 #[test]
 fn connections_pass_filters() {
     let travels = DVec3::new(0.6, 0.0, -0.8);
@@ -115,7 +116,7 @@ fn connections_pass_filters() {
         let (sin, cos) = degrees.to_radians().sin_cos();
         turn * DVec3::new(cos, sin, 0.0)
     };
-    // What the polariser absorbs is along the projection of its axis at −(20° − 90°).
+    // The polariser absorbs along the projection of its axis at −(20° − 90°).
     let passes = axis(70.0).cross(travels).normalize();
     let fast = axis(15.0).reject_from_normalized(travels).normalize();
     let slow = travels.cross(fast);

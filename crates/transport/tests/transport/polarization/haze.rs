@@ -1,4 +1,4 @@
-//! A slab of haze behind what light passes first.
+//! A slab of haze behind elements that the light passes first.
 
 use crate::polarization::field::sun;
 use crate::polarization::{assert_alike, horizontal, polarized, stokes};
@@ -13,16 +13,16 @@ use morgana_transport::scene::{Object, ObjectBuilder};
 use morgana_transport::sensor::Camera;
 use morgana_transport::shape::Cube;
 
-/// Directions of views, and what is up in them.
+/// Directions of views, and the up direction of each.
 pub const VIEWS: [(DVec3, DVec3); 3] = [
     (DVec3::new(0.0, 0.0, -1.0), DVec3::X),
     (DVec3::new(0.3, 0.5, -0.4), DVec3::Z),
     (DVec3::new(-0.8, 0.1, -0.6), DVec3::new(0.0, 1.0, 0.2)),
 ];
 
-/// Asserts what Stokes parameters light has that the slab scatters once: of the sun and of a bulb, which travels in a direction through objects.
-/// Connections start from the vertex for the bulb, and from the light for the sun. `expected` is given the unit direction of a view and its
-/// horizontal.
+/// Asserts the Stokes parameters of light that the slab scatters once, from the sun and from a
+/// bulb, along a direction through objects. Connections start from the vertex for the bulb, and
+/// from the light for the sun. `expected` takes the unit direction of a view and its horizontal.
 pub fn assert_scattered_once(
     travels: DVec3,
     objects: &[ObjectBuilder],

@@ -1,4 +1,5 @@
-//! What holds whatever the scene: unpolarised light from all around stays so, degrees of polarisation, and what scalar renders find.
+//! Invariants of every scene: unpolarised light from all around stays unpolarised, degrees of
+//! polarisation are at most one, and intensities agree with scalar renders.
 
 use crate::polarization::{polarized, stokes};
 use eikonal::field::{Constant, Field, Gaussian, Luneburg};
@@ -14,7 +15,7 @@ use morgana_transport::sensor::Camera;
 use morgana_transport::shape::Sphere;
 use morgana_transport::{Scene, Spectrum};
 
-/// A ball of haze that bends rays, before a small one.
+/// A ball of haze that bends rays, in front of a small ball.
 fn ball(index: impl Into<Field>, phase: Phase, wall: Bsdf, small: Bsdf) -> SceneBuilder {
     let sphere = |x: DVec3, r| Sphere::around(x, r).unwrap();
     let haze = Medium::homogeneous("haze", index, 1.0, 1.0).with_phase(phase);
@@ -47,8 +48,8 @@ fn grey() -> Bsdf {
     Bsdf::Diffuse(Diffuse::new(Spectrum::splat(0.5)).unwrap())
 }
 
-/// In the furnace, what reflection polarises refraction polarises the other way, and so does scattering. |z| < 4.9 for 96
-/// comparisons: a false-alarm rate of 1e-4.
+/// In the furnace, refraction and scattering cancel the polarisation by reflection. |z| < 4.9 for
+/// 96 comparisons: a false-alarm rate of 1e-4.
 #[test]
 fn light_from_all_around_stays_unpolarised() {
     let index = Gaussian::new(1.4, 0.2, DVec3::X * 0.2, 0.3).unwrap();
@@ -86,7 +87,7 @@ fn light_from_all_around_stays_unpolarised() {
     assert!(errors > 1e-3 && errors < 0.02, "{errors}");
 }
 
-/// Each contribution is light, so that sums of them are.
+/// Each contribution is a valid Stokes vector, and so are sums of them.
 #[test]
 fn degrees_of_polarisation_are_at_most_one() {
     let index = Luneburg::new(1.0, DVec3::ZERO, 1.2).unwrap();
@@ -111,7 +112,8 @@ fn degrees_of_polarisation_are_at_most_one() {
     assert!(most > 0.2, "{most}");
 }
 
-/// Where nothing polarises, the first parameter is the scalar render bit for bit, and the others vanish.
+/// Without polarising elements, the first parameter is the scalar render bit for bit, and the
+/// others vanish.
 #[test]
 fn without_polarisation_nothing_changes() {
     let index = Luneburg::new(1.0, DVec3::ZERO, 1.2).unwrap();
@@ -134,7 +136,7 @@ fn without_polarisation_nothing_changes() {
     }
 }
 
-/// Rayleigh scattering as scalar renders know it: right for light that is scattered once.
+/// Scalar renders of Rayleigh scattering are right for light that is scattered once.
 #[test]
 fn single_scattering_has_the_scalar_intensity() {
     let scene = ball(

@@ -1,4 +1,5 @@
-//! Stokes vectors that meters read: behind filters, and of light that a slab scatters back, as pictures have them.
+//! Stokes vectors of meters: behind filters, and for light that a slab scatters back, compared with
+//! images.
 
 use super::filters::{behind, polarizer};
 use super::slab::{TRAVELS, slab};
@@ -45,8 +46,8 @@ fn table(measurement: &Measurement) -> &RecordTable {
     measurement.records[0].as_ref().unwrap()
 }
 
-/// A beam along z through filters, the last nearest to the meter, has the Stokes parameters of unit light that a camera with the same y
-/// axis sees.
+/// A beam along z through filters, the last one nearest to the meter, has the Stokes parameters
+/// that a camera with an equal y axis sees for unit light.
 #[test]
 fn meters_read_light_behind_filters_as_cameras_see_it() {
     let retarder = FilterElement::Retarder {
@@ -69,7 +70,7 @@ fn meters_read_light_behind_filters_as_cameras_see_it() {
         let measurement = measured(parts(objects, vec![vacuum()], vec![light], nobody()), 100);
         let turned = filters.into_iter().map(|f| (f, DQuat::IDENTITY));
         let expected = behind(turned.collect());
-        // The side to which the normal points, then the other one.
+        // The side that the normal points to comes first.
         let found = &reading(&measurement, 0, "power_stokes").mean;
         println!("{found:?} {expected:?}");
         for (k, expected) in expected.iter().enumerate() {
@@ -81,8 +82,9 @@ fn meters_read_light_behind_filters_as_cameras_see_it() {
     }
 }
 
-/// Light that a slab of Rayleigh scattering scatters back, by direction: records in narrow cones have the Stokes vectors of pixels that look
-/// into the cones. A beam on a wide slab is, added up over all places, a sun on each place. False-alarm rate 1e-4.
+/// Tests backscattered light of a Rayleigh slab by direction: records in narrow cones have the
+/// Stokes vectors of pixels that look into the cones. A beam on a wide slab, summed over all
+/// positions, acts as a sun on each position. False-alarm rate 1e-4.
 #[test]
 fn records_of_scattered_light_are_polarised_as_pixels_are() {
     let (thickness, half, cos_of_cone) = (1.0, 1e3, 0.993);
@@ -123,7 +125,8 @@ fn records_of_scattered_light_are_polarised_as_pixels_are() {
         let scene = slab(thickness, Phase::rayleigh(), -leaves, DVec3::Y);
         let seen = polarized(&scene, None, 100_000, 5 + i as u64);
         let expected = stokes(&seen);
-        // Power per solid angle is radiance × cosine for each unit of area; a sun of irradiance π sends π × its own cosine.
+        // Power per solid angle is radiance × cosine per unit of area; a sun of irradiance π sends
+        // π × its own cosine.
         let scale = -TRAVELS.z * std::f64::consts::PI / leaves.z;
         let solid_angle = std::f64::consts::TAU * (1.0 - cos_of_cone);
         let within: Vec<usize> = (0..table.particle.len())

@@ -1,15 +1,16 @@
-//! Mie scattering against electric fields that are followed from the sun.
+//! Mie scattering, compared with electric fields traced from the sun.
 
 use crate::polarization::slab::{Field, Scatterer, assert_fields_agree};
 use glam::DVec3;
 use morgana_transport::phase::{Phase, Spheres};
 use num_complex::Complex64;
 
-/// Spheres of one size parameter and relative index, whose partial waves up to the third are their Mie coefficients aₙ and bₙ by
-/// miepython 3.3.0 (conjugated: its fields vary as e^(iωt)). The fourth is below 2e-5 of the first.
+/// Spheres of one size parameter and relative index. Their partial waves up to the third are the
+/// Mie coefficients aₙ and bₙ by miepython 3.3.0 (conjugated, because its fields vary as e^(iωt)).
+/// The fourth is below 2e-5 of the first.
 struct Sphere {
     waves: [[Complex64; 2]; 3],
-    /// The largest |S|².
+    /// Maximum of |S|².
     most: f64,
 }
 
@@ -40,7 +41,7 @@ impl Sphere {
         sphere
     }
 
-    /// S₁ and S₂, with the angular functions written out.
+    /// Returns S₁ and S₂, with the angular functions written out.
     fn amplitudes(&self, c: f64) -> [Complex64; 2] {
         let s2 = 1.0 - c * c;
         let pi = [1.0, 3.0 * c, 1.5 * (5.0 * c * c - 1.0)];
@@ -74,7 +75,7 @@ impl Scatterer for Sphere {
     }
 
     fn mean(&self) -> f64 {
-        // Of ½(|S₁|² + |S₂|²): x² Q/4.
+        // Mean of ½(|S₁|² + |S₂|²): x² Q/4.
         let sum = self
             .waves
             .iter()
@@ -84,7 +85,7 @@ impl Scatterer for Sphere {
     }
 }
 
-/// All four Stokes parameters of a slab in which spheres scatter light a few times.
+/// Tests all four Stokes parameters of a slab in which spheres scatter light a few times.
 #[test]
 fn slabs_of_spheres_agree_with_electric_fields() {
     let spheres = Spheres {

@@ -1,7 +1,8 @@
 //! Stokes vectors of images (docs/theory.md#stokes-vectors).
 //!
-//! Where all paths of a pixel have the same matrices, its normalised Stokes vector is known without noise: from fields in world
-//! coordinates ([`field`]), which know no frames. Elsewhere, means are compared at a family-wise false-alarm rate of 1e-4 per test.
+//! If all paths of a pixel have equal matrices, its normalised Stokes vector is known without
+//! noise, from fields in world coordinates ([`field`]), which use no frames. Other means are
+//! compared at a family-wise false-alarm rate of 1e-4 per test.
 
 mod chains;
 mod estimators;
@@ -57,7 +58,7 @@ fn assert_alike(found: [f64; 4], expected: [f64; 4], allowed: f64) {
     }
 }
 
-/// The first axis of the frame of a sensor ray.
+/// Returns the first axis of the frame of a sensor ray.
 fn horizontal(direction: DVec3, up: DVec3) -> DVec3 {
     direction.cross(up).normalize()
 }

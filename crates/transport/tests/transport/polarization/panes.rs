@@ -1,4 +1,5 @@
-//! Thin panes: against slabs between two faces, whose reflections inside are followed one by one, and a closed form along connections.
+//! Thin panes, compared with slabs between two faces, whose internal reflections are traced one by
+//! one, and with a closed form along connections.
 
 use crate::polarization::field::Coherency;
 use crate::polarization::filters::{polarizer, square};
@@ -26,7 +27,7 @@ fn pane(center: DVec3, turn: DQuat) -> ObjectBuilder {
     Object::builder("pane", rectangle).bsdf(Bsdf::ThinDielectric(pane))
 }
 
-/// Between two faces.
+/// A slab between two faces.
 fn slab(turn: DQuat) -> ObjectBuilder {
     let size = DVec3::new(3.0, 3.0, 0.005);
     let to_world = DAffine3::from_scale_rotation_translation(size, turn, DVec3::ZERO);
@@ -35,7 +36,7 @@ fn slab(turn: DQuat) -> ObjectBuilder {
         .interior("glass")
 }
 
-/// What a camera sees of light that passes a polariser and then a tilted pane or slab, and of what is reflected.
+/// Renders light that passes a polariser and then a tilted pane or slab, including reflected light.
 fn seen(glass: ObjectBuilder, samples: u64, seed: u64) -> Rendering {
     let camera = Camera::orthographic(DVec3::Z * 5.0, DVec3::ZERO, 1e-3).with_up(DVec3::Y);
     let filter = square(
@@ -79,8 +80,8 @@ fn panes_are_slabs_without_thickness() {
     max_abs_z(&zs, FAMILY).unwrap();
 }
 
-/// The sun and a bulb light a slab of haze through a tilted pane: light that is scattered once is that of dipoles in both polarisations that
-/// the pane lets pass.
+/// The sun and a bulb light a slab of haze through a tilted pane. Light scattered once is the light
+/// of dipoles in both polarisations that the pane transmits.
 #[test]
 fn connections_pass_panes() {
     let travels = DVec3::new(0.6, 0.0, -0.8);

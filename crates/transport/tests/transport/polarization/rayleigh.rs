@@ -1,4 +1,5 @@
-//! Rayleigh scattering: once in closed form, often against electric fields that are followed from the sun.
+//! Rayleigh scattering: single scattering in closed form, and multiple scattering compared with
+//! electric fields traced from the sun.
 
 use crate::polarization::field::Coherency;
 use crate::polarization::slab::{Field, Scatterer, TRAVELS, assert_fields_agree, scene, slab};
@@ -30,7 +31,7 @@ fn single_scattering_polarises_across_its_plane() {
     }
 }
 
-/// Radiates what a field has across the direction.
+/// A dipole, which radiates the component of the field across the direction.
 struct Dipole;
 
 impl Scatterer for Dipole {
@@ -46,17 +47,20 @@ impl Scatterer for Dipole {
     }
 }
 
-/// Intensity and polarisation of a slab in which light is scattered a few times, where unpolarised scattering errs by several per cent.
+/// Tests intensity and polarisation of a slab in which light is scattered a few times, where
+/// unpolarised scattering errs by several per cent.
 #[test]
 fn slabs_agree_with_electric_fields() {
     assert_fields_agree(&Phase::rayleigh(), &Dipole, 400_000, 0.004);
 }
 
-/// I, Q and U of light that leaves the top of a conservative Rayleigh atmosphere of optical depth 0.5 over a Lambertian ground, under a sun
-/// of flux π whose cosine is 0.2: cosine and azimuth in degrees of the light, and the parameters over grounds of albedo 0 and 0.8.
-/// K. L. Coulson, J. V. Dave and Z. Sekera, Tables related to radiation emerging from a planetary atmosphere with Rayleigh scattering, 1960,
-/// as corrected by V. Natraj, K.-F. Li and Y. L. Yung, Astrophys. J. 691, 1909, 2009. At azimuth 0 light goes on as the sun's does; Q is
-/// positive across the meridian plane.
+/// I, Q and U of light that leaves the top of a conservative Rayleigh atmosphere of optical depth
+/// 0.5 over a Lambertian ground, under a sun of flux π whose cosine is 0.2. Rows: cosine and
+/// azimuth (degrees) of the light, and the parameters over grounds of albedo 0 and 0.8. Source: K.
+/// L. Coulson, J. V. Dave and Z. Sekera, Tables related to radiation emerging from a planetary
+/// atmosphere with Rayleigh scattering, 1960, as corrected by V. Natraj, K.-F. Li and Y. L. Yung,
+/// Astrophys. J. 691, 1909, 2009. At azimuth 0 light continues in the sun's azimuth; Q is positive
+/// across the meridian plane.
 #[rustfmt::skip]
 const TABLE: [(f64, f64, [[f64; 3]; 2]); 6] = [
     (0.02, 0.0, [[0.44129802, -0.01753141, 0.0], [0.47382125, -0.01553672, 0.0]]),
@@ -67,7 +71,7 @@ const TABLE: [(f64, f64, [[f64; 3]; 2]); 6] = [
     (1.0, 60.0, [[0.05300496, -0.01877930, 0.03252669], [0.13280858, -0.01877930, 0.03252669]]),
 ];
 
-/// Values of [`TABLE`], at a family-wise false-alarm rate of 1e-4.
+/// Renders agree with [`TABLE`], at a family-wise false-alarm rate of 1e-4.
 #[test]
 fn atmospheres_agree_with_tables() {
     const THICKNESS: f64 = 0.5;
@@ -78,7 +82,7 @@ fn atmospheres_agree_with_tables() {
         let (sin, cos) = (-azimuth).to_radians().sin_cos();
         let across = DVec3::new(cos, sin, 0.0);
         let leaves = across * sine(cosine) + DVec3::Z * cosine;
-        // Up is in the meridian plane.
+        // The up direction is in the meridian plane.
         let up = DVec3::Z * sine(cosine) - across * cosine;
         for (albedo, expected) in [0.0, 0.8].into_iter().zip(expected) {
             let under = DAffine3::from_scale_rotation_translation(

@@ -1,4 +1,4 @@
-//! Slabs of matter that scatters, under the sun.
+//! Scattering slabs under the sun.
 
 use crate::polarization::field::sun;
 use crate::polarization::{horizontal, polarized};
@@ -15,7 +15,7 @@ use num_complex::Complex64;
 use testkit::z_test::max_abs_z;
 use testkit::{Moments, Rng};
 
-/// Where the light of the sun goes.
+/// Direction in which the sun's light travels.
 pub const TRAVELS: DVec3 = DVec3::new(0.6, 0.0, -0.8);
 
 /// A slab of depth `thickness` and conservative scattering below z = 0, under the sun, seen along a direction.
@@ -25,7 +25,7 @@ pub fn slab(thickness: f64, phase: Phase, view: DVec3, up: DVec3) -> Scene {
         .unwrap()
 }
 
-/// The same under the sun of any direction, and seen along a view with an up direction.
+/// A slab under the sun of any direction, seen along a view with an up direction.
 pub fn scene(thickness: f64, phase: Phase, travels: DVec3, [view, up]: [DVec3; 2]) -> SceneBuilder {
     let air = Medium::homogeneous("air", Constant::new(1.0), 1.0, 1.0);
     let half = DVec3::new(1e3, 1e3, 0.5 * thickness);
@@ -57,7 +57,7 @@ pub struct Field {
 }
 
 impl Field {
-    /// Along an axis.
+    /// Component along an axis.
     pub fn dot(&self, axis: DVec3) -> Complex64 {
         Complex64::new(self.re.dot(axis), self.im.dot(axis))
     }
@@ -67,7 +67,7 @@ impl Field {
         self.re.length_squared() + self.im.length_squared()
     }
 
-    /// With |E|² = 1.
+    /// The field scaled to |E|² = 1.
     fn unit(self) -> Field {
         let scale = self.square().sqrt().recip();
         Field {
@@ -77,16 +77,17 @@ impl Field {
     }
 }
 
-/// What matter does to fields.
+/// Scattering of fields by a medium.
 pub trait Scatterer {
-    /// The field that goes from one direction to another, in a unit in which |E|² is at most 1.
+    /// Field scattered from one direction to another, in a unit in which |E|² is at most 1.
     fn scattered(&self, field: Field, from: DVec3, to: DVec3) -> Field;
-    /// The mean of |E|² over the sphere.
+    /// Mean of |E|² over the sphere.
     fn mean(&self) -> f64;
 }
 
-/// A photon's field is that of light which is fully polarised. It goes on in a direction with a density in proportion to the square that
-/// the field has there. At each collision, what would go to the sensor without a further one is added up.
+/// Traces a photon, whose field represents fully polarised light. It continues in a direction with
+/// a density proportional to the squared field there. At each collision the code adds the light
+/// that would reach the sensor without a further collision.
 fn photon(
     matter: &impl Scatterer,
     thickness: f64,
@@ -120,8 +121,9 @@ fn photon(
     }
 }
 
-/// Compares Stokes vectors of a slab of optical depth 1 from three sides with those of photons with fields: z of all of them, at a
-/// family-wise false-alarm rate of 1e-4. Errors are at most `precision` of the intensity.
+/// Compares Stokes vectors of a slab of optical depth 1, from three sides, with photons with
+/// fields: z of all of them, at a family-wise false-alarm rate of 1e-4. Errors are at most
+/// `precision` of the intensity.
 pub fn assert_fields_agree(phase: &Phase, matter: &impl Scatterer, photons: usize, precision: f64) {
     let thickness = 1.0;
     let mut zs = Vec::new();
@@ -145,7 +147,7 @@ pub fn assert_fields_agree(phase: &Phase, matter: &impl Scatterer, photons: usiz
                 let mixed = 2.0 * a * b.conj();
                 let (aa, bb) = (a.norm_sqr(), b.norm_sqr());
                 let values = [aa + bb, aa - bb, mixed.re, mixed.im];
-                // The sun sends π cosine to a unit of area.
+                // The sun sends π times its cosine to a unit of area.
                 let unit = -TRAVELS.z / -view.z * visible / (4.0 * matter.mean());
                 of_photon
                     .iter_mut()

@@ -1,4 +1,4 @@
-//! The nearest of many shapes.
+//! Acceleration structure: the nearest of many shapes.
 
 use crate::shape::support::{KINDS, Rng, bumpy};
 use eikonal::ray::Arc;
@@ -41,7 +41,7 @@ fn the_accelerator_agrees_with_a_loop() {
     }
 }
 
-/// Of the shapes that count, one is found if any is met.
+/// The any-hit search finds one of the shapes that count if the arc meets any.
 #[test]
 fn any_hit_agrees_with_a_loop() {
     let mut rng = Rng(43);
@@ -103,7 +103,8 @@ fn of_coincident_surfaces_the_first_wins() {
     }
 }
 
-/// Rays that meet thousands of balls in one place find the first one, in a number of steps that is linear in the balls.
+/// Rays that meet thousands of balls in one place find the first one, in a number of steps linear
+/// in the number of balls.
 #[test]
 fn thousands_of_shapes_in_one_place() {
     let shapes = vec![Shape::from(Sphere::new(DAffine3::IDENTITY).unwrap()); 30_000];

@@ -1,4 +1,4 @@
-//! Where lines and arcs meet analytic shapes.
+//! Intersections of lines and arcs with analytic shapes.
 
 use crate::shape::support::{KINDS, Kind, Rng, all_hits, brute_force, bumpy};
 use eikonal::ray::Arc;
@@ -6,8 +6,8 @@ use eikonal::ray::bernstein::split;
 use glam::{DAffine3, DVec3};
 use morgana_transport::shape::{Shape, Sphere};
 
-/// The first hit is as early as the one found by sampling; if earlier, it is a true crossing that
-/// sampling stepped over.
+/// Asserts that the first hit is as early as the one found by sampling, or is an earlier true
+/// crossing that sampling stepped over.
 fn check(kind: Kind, m: DAffine3, arc: &Arc) -> bool {
     let to_local = m.inverse();
     let local = |t: f64| to_local.transform_point3(arc.position(t));
@@ -84,7 +84,7 @@ fn a_line_as_an_arc_hits_at_the_same_parameter() {
     }
 }
 
-/// The number of crossings tells whether the ends are on the same side: nothing leaks, nothing is
+/// The parity of the number of crossings tells whether both ends are on one side. No hit is lost or
 /// counted twice, whether an arc is searched whole or in parts.
 #[test]
 fn crossings_have_the_right_parity() {
@@ -100,7 +100,7 @@ fn crossings_have_the_right_parity() {
     }
 }
 
-/// The parts of a curve as arcs with exactly a point in common.
+/// Parts of a curve, as arcs that share exactly one point.
 fn cut(arc: &Arc, t: f64) -> [Arc; 2] {
     let (a, b) = split(&arc.control(), t);
     [a, b].map(|c| {
@@ -133,7 +133,7 @@ fn cutting_an_arc_at_a_hit_neither_loses_nor_repeats_it() {
 
 #[test]
 fn an_arc_that_pokes_through_is_found_although_its_chord_misses() {
-    // A parabola with its apex at height `apex` over a chord well outside of the surface at z = 1.
+    // A parabola with its apex at height `apex`, over a chord well outside the surface at z = 1.
     let bow = |apex: f64| {
         let (base, bend) = (1.5, -8.0 * (1.5 - apex));
         let v = DVec3::new(1.0, 0.0, 0.5 * bend);

@@ -1,4 +1,4 @@
-//! Meshes against analytic shapes and brute force over triangles.
+//! Meshes, compared with analytic shapes and brute force over triangles.
 
 use crate::shape::support::{Kind, Rng, all_hits, bumpy, icosphere};
 use eikonal::ray::Arc;
@@ -6,7 +6,7 @@ use eikonal::ray::bernstein::{evaluate, first_root, height};
 use glam::{DAffine3, DVec3};
 use morgana_transport::shape::{Mesh, Shape, ShapeError};
 
-/// The cube [−1, 1]³, twelve triangles.
+/// The cube [−1, 1]³ as twelve triangles.
 fn cube() -> (Vec<DVec3>, Vec<[u32; 3]>) {
     let corner = |i: u32| DVec3::from_array([0, 1, 2].map(|k| f64::from(i >> k & 1) * 2.0 - 1.0));
     let quads: [[u32; 4]; 6] = [
@@ -50,8 +50,8 @@ fn a_cube_of_triangles_is_the_cube() {
     }
 }
 
-/// Lines from inside a convex mesh through points of its edges and through its vertices leave it,
-/// and lines from outside to a point inside enter it.
+/// Lines from inside a convex mesh through points of its edges and through its vertices leave it.
+/// Lines from outside to a point inside enter it.
 #[test]
 fn lines_through_edges_and_vertices_do_not_leak() {
     let mut rng = Rng(32);
@@ -76,7 +76,8 @@ fn lines_through_edges_and_vertices_do_not_leak() {
     }
 }
 
-/// The same with arcs: they bend, and pass through a point of an edge or a vertex at θ = 1/2.
+/// Arcs through a point of an edge or a vertex, which they pass at θ = 1/2, leave and enter the
+/// mesh like lines.
 #[test]
 fn arcs_through_edges_and_vertices_do_not_leak() {
     let mut rng = Rng(33);
@@ -163,7 +164,7 @@ fn contains_agrees_with_the_radius_of_a_star_shaped_mesh() {
         assert!(shape.contains(d * (radius * 0.999)));
         assert!(!shape.contains(d * (radius * 1.001)));
     }
-    // Points from which every direction is awkward: on lines through vertices.
+    // From these points, on lines through vertices, every direction is a special case.
     assert!(shape.contains(DVec3::ZERO));
 }
 
@@ -174,7 +175,7 @@ fn topology_is_recognised() {
     let open: Shape = mesh((positions.clone(), triangles[1..].to_vec())).into();
     assert!(!open.is_closed() && !open.is_convex() && !open.contains(DVec3::ZERO));
 
-    // Wound inside out: turned.
+    // A mesh wound inside out is turned.
     let reversed = triangles.iter().map(|[a, b, c]| [*a, *c, *b]).collect();
     let turned: Shape = mesh((positions.clone(), reversed)).into();
     let ray = Arc::line(DVec3::new(0.1, 0.2, 3.0), DVec3::NEG_Z, 3.0);
@@ -185,12 +186,12 @@ fn topology_is_recognised() {
     let flipped = turned.with_flipped_normals(true);
     assert!(flipped.first_hit(&ray, 0.0, 1.0).unwrap().normal.z < 0.0);
 
-    // One wrong triangle: not a consistent surface.
+    // With one reversed triangle, the mesh is not a consistent surface.
     let mut twisted = triangles.clone();
     twisted[3].swap(0, 1);
     assert!(!Shape::from(mesh((positions.clone(), twisted))).is_closed());
 
-    // Vertices repeated per triangle, as at seams of texture coordinates.
+    // Repeat vertices per triangle, as at seams of texture coordinates.
     let soup = triangles.iter().flatten().map(|v| positions[*v as usize]);
     let own = (0..12).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
     assert!(Shape::from(mesh((soup.collect(), own))).is_closed());
@@ -275,8 +276,8 @@ fn vertices_that_seams_have_split_are_shaded_as_one() {
     }
 }
 
-/// Triangles of which many lie on one another are met as one of them is, and neither the time nor the stack that this
-/// takes grows with their square.
+/// Thousands of coincident triangles are met like a single one. Neither the time nor the stack
+/// grows with the square of their number.
 #[test]
 fn thousands_of_triangles_in_one_place() {
     const COUNT: usize = 30_000;

@@ -1,4 +1,4 @@
-//! Shapes against brute force, closed forms and finite differences.
+//! Shapes, compared with brute force, closed forms and finite differences.
 
 mod accel;
 mod hits;

@@ -64,7 +64,7 @@ fn areas_match_closed_forms() {
     }
 }
 
-/// χ² of the counts in `cells` against equal expectations, over its standard deviation.
+/// χ² of the counts in `cells` for equal expectations, over its standard deviation.
 fn excess(counts: &[f64]) -> f64 {
     let total: f64 = counts.iter().sum();
     let expected = total / counts.len() as f64;
@@ -76,7 +76,7 @@ fn excess(counts: &[f64]) -> f64 {
     (chi2 - dof) / (2.0 * dof).sqrt()
 }
 
-/// The cell, of 64 of equal area, of a local point of the shape.
+/// Returns the cell, one of 64 of equal area, of a local point of the shape.
 fn cell(kind: Kind, p: DVec3, primitive: u32) -> usize {
     let bin = |x: f64, n: usize| ((x * n as f64) as usize).min(n - 1);
     let phi = p.y.atan2(p.x) / (2.0 * PI) + 0.5;

@@ -1,4 +1,4 @@
-//! Random numbers, random shapes, and the brute force that intersections are checked against.
+//! Random numbers, random shapes, and brute-force intersections.
 
 use eikonal::ray::Arc;
 use glam::{DAffine3, DMat3, DVec3};
@@ -25,7 +25,7 @@ impl Rng {
         (self.uniform() * n as f64) as usize
     }
 
-    /// Uniform in the cube [−r, r]³.
+    /// Draws a uniform point in the cube [−r, r]³.
     pub fn vector(&mut self, r: f64) -> DVec3 {
         DVec3::from_array(std::array::from_fn(|_| r * (2.0 * self.uniform() - 1.0)))
     }
@@ -39,7 +39,7 @@ impl Rng {
         }
     }
 
-    /// A general affine map, mirror maps included.
+    /// Draws a general affine map, which may mirror.
     pub fn affine(&mut self) -> DAffine3 {
         loop {
             let m = DMat3::from_cols(self.vector(1.0), self.vector(1.0), self.vector(1.0));
@@ -49,20 +49,20 @@ impl Rng {
         }
     }
 
-    /// A rotation, a uniform scale and a translation.
+    /// Draws a rotation with a uniform scale and a translation.
     pub fn similarity(&mut self) -> DAffine3 {
         let (x, y) = self.direction().any_orthonormal_pair();
         let m = DMat3::from_cols(x, y, x.cross(y)) * (0.5 + self.uniform());
         DAffine3::from_mat3_translation(m, self.vector(0.7))
     }
 
-    /// A strongly bent arc around the origin.
+    /// Draws a strongly bent arc around the origin.
     pub fn arc(&mut self) -> Arc {
         let mut end = || [self.vector(1.8), self.vector(5.0), self.vector(25.0)];
         Arc::hermite(end(), end(), 1.0)
     }
 
-    /// A line towards the middle, and perhaps past it.
+    /// Draws a line towards the middle, which may pass it.
     pub fn line(&mut self) -> Arc {
         let (x, target) = (self.vector(2.0), self.vector(0.8));
         Arc::line(x, target - x, 0.5 + 2.0 * self.uniform())
@@ -101,7 +101,7 @@ impl Kind {
         }
     }
 
-    /// A function that is zero on the surface (and, for open shapes, on its continuation).
+    /// A function that vanishes on the surface (and, for open shapes, on its continuation).
     pub fn implicit(self, p: DVec3) -> f64 {
         let r = p.truncate().length();
         match self {
@@ -113,7 +113,7 @@ impl Kind {
         }
     }
 
-    /// How far a point of the continuation is within the surface proper.
+    /// Distance of a point of the continuation from the edge of the surface, positive inside.
     pub fn margin(self, p: DVec3) -> f64 {
         match self {
             Kind::Sphere | Kind::Cube | Kind::Can => f64::INFINITY,
@@ -128,7 +128,7 @@ impl Kind {
     }
 }
 
-/// The first crossing found by sampling the arc densely, refined by bisection.
+/// Returns the first crossing, found by dense sampling of the arc and refined by bisection.
 pub fn brute_force(kind: Kind, to_local: &DAffine3, arc: &Arc) -> Option<f64> {
     const STEPS: usize = 10_000;
     let f = |t: f64| kind.implicit(to_local.transform_point3(arc.position(t)));
@@ -154,7 +154,7 @@ pub fn brute_force(kind: Kind, to_local: &DAffine3, arc: &Arc) -> Option<f64> {
     None
 }
 
-/// θ of all hits, each search continuing from the last hit.
+/// Returns θ of all hits; each search continues from the last hit.
 pub fn all_hits(shape: &Shape, arc: &Arc) -> Vec<f64> {
     let mut hits = vec![];
     let mut from = 0.0;
@@ -166,7 +166,7 @@ pub fn all_hits(shape: &Shape, arc: &Arc) -> Vec<f64> {
     hits
 }
 
-/// An icosahedron whose faces are split in four `n` times, on the unit sphere.
+/// An icosahedron on the unit sphere whose faces are divided into four, `n` times.
 pub fn icosphere(n: usize) -> (Vec<DVec3>, Vec<[u32; 3]>) {
     let g = 0.5 * (1.0 + 5f64.sqrt());
     let mut vertices = vec![];
@@ -213,7 +213,7 @@ fn refine(vertices: &mut Vec<DVec3>, faces: &[[u32; 3]]) -> Vec<[u32; 3]> {
     fine
 }
 
-/// A star-shaped mesh with bumps: closed, not convex.
+/// A star-shaped mesh with bumps, closed and not convex.
 pub fn bumpy(n: usize) -> Mesh {
     let (vertices, faces) = icosphere(n);
     let bump = |p: &DVec3| *p * (1.0 + 0.3 * (7.0 * p.x).sin() * (5.0 * p.y + 2.0 * p.z).cos());

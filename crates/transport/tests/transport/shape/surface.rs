@@ -1,4 +1,4 @@
-//! Boxes, sides, normals and curvature of analytic shapes.
+//! Bounding boxes, sides, normals and curvature of analytic shapes.
 
 use crate::shape::support::{KINDS, Kind, Rng};
 use eikonal::ray::Arc;
@@ -33,7 +33,7 @@ fn normals_are_gradients() {
             let f = |p: DVec3| kind.implicit(to_local.transform_point3(p));
             let g = DVec3::AXES.map(|e| f(s.position + e * 1e-6) - f(s.position - e * 1e-6));
             let g = DVec3::from_array(g).normalize() * side;
-            // Points within the difference step of an edge have no normal there.
+            // Skip points within the difference step of an edge, where the normal is not defined.
             let near_edge = kind == Kind::Cube || kind == Kind::Can;
             assert!(
                 g.distance(s.normal) < 1e-7 || near_edge && i % 50 == 0,

@@ -1,4 +1,4 @@
-//! Triangles that stand for shapes: corners on the surface, areas of inscribed polyhedra.
+//! Tessellations of shapes: corners on the surface, and areas of inscribed polyhedra.
 
 use glam::{DAffine3, DVec3};
 use morgana_transport::shape::{Cube, Cylinder, Disk, Rectangle, Shape, Sphere, Tessellation};
@@ -18,7 +18,8 @@ fn area(mesh: &Tessellation) -> f64 {
     mesh.triangles.iter().map(area).sum()
 }
 
-/// With 64 steps around, a circle's polygon lacks 1.6e-3 of its area, a sphere's polyhedron twice that.
+/// With 64 steps around, a circle's polygon lacks 1.6e-3 of its area, and a sphere's polyhedron
+/// twice as much.
 #[test]
 fn areas_are_those_of_the_shapes() {
     let shapes: [(Shape, f64); 6] = [
@@ -50,7 +51,7 @@ fn corners_lie_on_the_surface() {
     for (shape, center) in shapes {
         for corner in shape.tessellation().positions {
             let from_center = corner - center;
-            // Middles of caps lie between others.
+            // Centres of caps lie between other vertices.
             assert!(
                 shape.contains(center + from_center * (1.0 - 1e-9)),
                 "{corner}"

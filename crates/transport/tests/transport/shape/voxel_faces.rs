@@ -1,4 +1,4 @@
-//! Faces between voxels against the triangles that cover them.
+//! Faces between voxels, compared with equivalent triangles.
 
 use super::support::Rng;
 use eikonal::ray::Arc;
@@ -9,7 +9,8 @@ use std::sync::Arc as Shared;
 
 const SIZE: [usize; 3] = [9, 7, 8];
 
-/// A ball of label 2 in one of label 1 that sticks out of the grid, with voxels of both and of label 3 sprinkled in.
+/// A ball of label 2 inside label 1 that extends beyond the grid, with random voxels of both labels
+/// and of label 3.
 fn labels() -> Vec<u8> {
     let place = |i: usize| DVec3::new((i % 9) as f64, (i / 9 % 7) as f64, (i / 63) as f64);
     let label = |i: usize| match (place(i) - DVec3::new(4.5, 3.0, 3.2)).length() {
@@ -21,7 +22,7 @@ fn labels() -> Vec<u8> {
     (0..504).map(label).collect()
 }
 
-/// A skew place, mirrored or not.
+/// A skew transform, mirrored or not.
 fn place(mirrored: bool) -> DAffine3 {
     let side = if mirrored { -1.0 } else { 1.0 };
     let columns = [[1.0, 0.1, 0.0], [0.0, 0.8 * side, 0.2], [0.0, 0.3, 0.9]];
@@ -68,7 +69,7 @@ fn lines_meet_what_they_meet_of_triangles() {
         let (mut met, mut missed) = (0, 0);
         for arc in arcs(&to_world) {
             let mut from = 0.0;
-            // From hit to hit.
+            // Continue from hit to hit.
             loop {
                 let found = walks.first(&shapes, &arc, [from, 1.0], [None; 2]);
                 let expected = trees.first(&meshes, &arc, [from, 1.0], [None; 2]);
@@ -114,13 +115,14 @@ fn bent_rays_meet_them() {
     assert!(met > 300, "{met}");
 }
 
-/// Areas, volumes, boxes, closedness and sides are those of the triangles; points drawn lie on them, evenly.
+/// Areas, volumes, boxes, closedness and sides agree with the triangles. Sampled points lie
+/// uniformly on them.
 #[test]
 fn they_have_the_measures_of_their_triangles() {
     for mirrored in [false, true] {
         let to_world = place(mirrored);
         let sprinkled = labels();
-        // One part around another, and a box.
+        // A part inside another, and a box.
         let nested = sprinkled
             .iter()
             .map(|l| [0, 2, 1, 1][usize::from(*l)])
@@ -168,7 +170,7 @@ fn they_have_the_measures_of_their_triangles() {
                 assert!((below[0] - below[1]).abs() < 150.0, "{below:?}");
             }
         }
-        // The box, at least: sprinkled labels touch at edges.
+        // At least the box is closed; random labels touch at edges.
         assert!(closed >= 1, "{closed}");
     }
 }

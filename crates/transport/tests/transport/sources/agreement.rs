@@ -1,4 +1,4 @@
-//! `path`, `particle` and `bdpt` find the same light of apertures and fibres.
+//! Agreement of `path`, `particle` and `bdpt` for light of apertures and fibres.
 
 use crate::common::{camera, container, fog, glass, mean, parts, path_tracer, shoot_by, vacuum};
 use crate::sources::support::*;
@@ -19,10 +19,10 @@ use testkit::Family;
 use testkit::batches::{moments, welch};
 
 const BATCHES: u64 = 12;
-/// Round-off of rays and solver: relative differences below this are none.
+/// Relative differences below this are round-off of rays and solver, and do not count.
 const ROUND_OFF: f64 = 1e-5;
 
-/// The images' means of independent renders.
+/// Image means of independent renders.
 fn batches(integrator: Integrator, scene: &Parts, samples: u64, seed: u64) -> Vec<f64> {
     let samples = effort(samples);
     let render = |batch: u64| {
@@ -39,7 +39,7 @@ fn pointed(from: DVec3, radius: f64, divergence: Divergence) -> Fiber {
     Fiber::new(aperture, AngularProfile::Uniform, divergence, power)
 }
 
-/// A ball of fog before a white screen.
+/// A ball of fog in front of a white screen.
 fn ball(index: impl Into<Field>, wall: Bsdf, emitter: Emitter) -> Parts {
     let screen = Object {
         bsdf: Bsdf::Diffuse(Diffuse::new(Spectrum::splat(0.8)).unwrap()),
@@ -53,13 +53,13 @@ fn ball(index: impl Into<Field>, wall: Bsdf, emitter: Emitter) -> Parts {
     parts
 }
 
-/// A scene, and with how many samples per pixel it is rendered.
+/// A scene, and its number of samples per pixel.
 struct Case {
     name: &'static str,
     scene: Parts,
     samples: u64,
-    /// Whether particles are compared: behind glass, few of them carry much of the light, so that the means of batches are far
-    /// from normal.
+    /// True if particles are compared. Behind glass, a few particles carry much of the light, so
+    /// that batch means are far from normal.
     by_particles: bool,
 }
 
@@ -84,7 +84,7 @@ impl Case {
     }
 }
 
-/// Where light comes from outside of the ball, and in which direction.
+/// Origin of light from outside the ball, and its direction.
 const OUTSIDE: DVec3 = DVec3::new(0.3, -0.2, 1.4);
 const DOWN: DVec3 = DVec3::new(-0.2, 0.1, -1.0);
 
@@ -146,7 +146,7 @@ fn three_estimators_agree() {
     family.check().unwrap();
 }
 
-/// A box that is partly in the ball, and partly not.
+/// A box partly inside the ball.
 fn glowing() -> DAffine3 {
     DAffine3 {
         translation: DVec3::new(0.5, -0.6, -0.4),

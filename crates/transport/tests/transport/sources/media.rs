@@ -1,4 +1,4 @@
-//! Media that emit, against closed forms.
+//! Emitting media, compared with closed forms.
 
 use crate::common::{container, fog, glass, parts, sky, vacuum};
 use crate::sources::support::*;
@@ -39,7 +39,7 @@ fn cube(half: DVec3) -> Cube {
     Cube::new(DAffine3::from_scale(half)).unwrap()
 }
 
-/// The radiance of a box of thickness d that absorbs and does not scatter is B (1 − e^{−σd}).
+/// The radiance of an absorbing box of thickness d without scattering is B (1 − e^{−σd}).
 #[test]
 fn thick_media_are_black_bodies() {
     let half = DVec3::new(1.0, 1.0, 0.5);
@@ -53,9 +53,8 @@ fn thick_media_are_black_bodies() {
     max_abs_z(&zs, FAMILY).unwrap();
 }
 
-/// Under a sky of the radiance B, all is in balance: the radiance is n² B everywhere, whatever the index, the extinction and the
-/// albedo, and a ball inside that neither absorbs nor
-/// emits changes nothing.
+/// Under a sky of radiance B, everything is in equilibrium: the radiance is n² B everywhere for any
+/// index, extinction and albedo. A ball inside that neither absorbs nor emits changes nothing.
 #[test]
 fn a_furnace_of_a_medium_is_even() {
     let half = DVec3::splat(0.7);
@@ -81,7 +80,8 @@ fn a_furnace_of_a_medium_is_even() {
     max_abs_z(&against(&scene, 1.0, 400), FAMILY).unwrap();
 }
 
-/// z-score of the mean power with which light subpaths start at the only emitter against what media emit.
+/// Returns the z-score of the mean power of light subpaths from the only emitter, compared with the
+/// power that media emit.
 fn power_of_starts(parts: Parts, expected: f64) -> f64 {
     let scene = Scene::new(parts).unwrap();
     let mut rng = Rng::new(6);
@@ -101,8 +101,9 @@ fn power_of_starts(parts: Parts, expected: f64) -> f64 {
     moments.z(expected)
 }
 
-/// Light starts in a layer between the points at which a medium is looked at first, in a dark medium or beside another layer, and
-/// not in a ball of another medium. Power is 4π ∫ σ_a n² B dV.
+/// Light starts everywhere in an emitting layer, even if it lies between the points at which the
+/// medium is probed first: in a dark medium, beside another layer, but not in a ball of another
+/// medium. Power is 4π ∫ σ_a n² B dV.
 #[test]
 fn light_starts_wherever_a_medium_emits() {
     let (half, size, sigma, n) = (DVec3::splat(0.5), 44, 2.0, 1.3f64);
@@ -144,7 +145,7 @@ fn light_starts_wherever_a_medium_emits() {
     max_abs_z(&zs, FAMILY).unwrap();
 }
 
-/// The emitter of a medium has about its power, in each channel.
+/// The emitter of a medium has approximately the medium's power, in each channel.
 #[test]
 fn media_are_emitters_of_their_power() {
     let hull = container(Sphere::around(DVec3::ZERO, 0.5).unwrap(), Bsdf::Null);
@@ -164,7 +165,7 @@ fn media_are_emitters_of_their_power() {
     assert!((power[1] / power[0] - 2.0).abs() < 1e-6);
 }
 
-/// What has no bounds cannot be a place to start from.
+/// A medium without bounds cannot be a start for light.
 #[test]
 fn emission_without_bounds_is_refused() {
     let refused = |media: Vec<Medium>, id: usize| {

@@ -1,4 +1,4 @@
-//! Shares of the power of sources that pass discs across their axes, by particles and meters.
+//! Fractions of the power of sources that pass discs across their axes, by particles and meters.
 
 use crate::common::{parts, vacuum};
 use crate::sources::support::*;
@@ -18,10 +18,10 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::ops::ControlFlow;
 use testkit::z_test::max_abs_z;
 
-/// A share of power and its standard error.
+/// A fraction of power and its standard error.
 type Share = (f64, f64);
 
-/// What of an emitter's power passes a shape, in parts of it, in an index `n`.
+/// Fractions of an emitter's power that pass the parts of a shape, in an index `n`.
 fn through(emitter: Emitter, shape: Shape, resolution: [usize; 2], n: f64) -> Vec<Share> {
     let ambient = Medium {
         index: Constant::new(n).into(),
@@ -57,7 +57,7 @@ fn through(emitter: Emitter, shape: Shape, resolution: [usize; 2], n: f64) -> Ve
         .collect()
 }
 
-/// What passes a disc across +z around it.
+/// Fraction of power that passes a disc across +z around the axis.
 fn through_disc(emitter: impl Into<Emitter>, distance: f64, radius: f64, n: f64) -> Share {
     let to_world = facing(DVec3::Z * distance, DVec3::NEG_Z, radius);
     let sides = through(
@@ -66,7 +66,7 @@ fn through_disc(emitter: impl Into<Emitter>, distance: f64, radius: f64, n: f64)
         [1, 1],
         n,
     );
-    // All of it comes from one side.
+    // All of the power comes from one side.
     let total: f64 = sides.iter().map(|s| s.0).sum();
     sides.into_iter().find(|s| s.0 == total).unwrap()
 }
@@ -86,7 +86,7 @@ fn discs_get_their_shares() {
     let point = 1e-9;
     let at = |share: f64| move |(mean, error): Share| (mean - share) / error;
     let mut zs = Vec::new();
-    // A disc that radiates as by Lambert's law.
+    // A disc that radiates by Lambert's law.
     let wide = fiber(
         0.5,
         AngularProfile::Lambertian,
@@ -96,7 +96,7 @@ fn discs_get_their_shares() {
         let share = view_factor(0.5, radius, distance);
         zs.push(at(share)(through_disc(wide.clone(), distance, radius, 1.0)));
     }
-    // Half the angle of fibres that are almost points.
+    // Half-angle of fibres that are nearly points.
     let half = 2.0 * (0.5 * angle).tan();
     let gaussian = |theta: f64| -(-2.0 * (theta.sin() / angle.sin()).powi(2)).exp_m1();
     for (profile, share) in [
@@ -116,7 +116,7 @@ fn discs_get_their_shares() {
         let found = through_disc(fiber(point, profile, cone), 2.0, half, 1.0);
         zs.push(at(share)(found));
     }
-    // A volume that is almost a point, and one of which a sphere gets all.
+    // A volume that is nearly a point, and one whose light a sphere receives completely.
     let glow = |half: f64| {
         let volume = 8.0 * half.powi(3);
         uniform(centred(DVec3::splat(half)), 1.0 / (4.0 * PI * volume))
@@ -127,13 +127,15 @@ fn discs_get_their_shares() {
     let all = through(glow(0.5), sphere.into(), [1, 1], 1.3);
     let all: f64 = all.iter().map(|share| share.0).sum();
     assert!((all - 1.0).abs() < 1e-12, "{all}");
-    // A focus at twice the distance: the beam has half its radius, and a disc of half that a quarter of its area.
+    // With a focus at twice the distance, the beam has half its radius; a disc of half that radius
+    // has a quarter of its area.
     let narrow = || fiber(1.0, AngularProfile::Uniform, Divergence::HalfAngle(1e-6));
     let converging = narrow().with_focus(2.0);
     zs.push(at(0.25)(through_disc(converging, 1.0, 0.25, 1.0)));
     let diverging = narrow().with_focus(-2.0);
     zs.push(at(0.25)(through_disc(diverging, 2.0, 1.0, 1.0)));
-    // A Gaussian beam from its waist on: w² = w₀² + z² tan²θ₀ for small angles, with a share of 1 − e⁻² within w.
+    // A Gaussian beam from its waist on has w² = w₀² + z² tan²θ₀ for small angles, and the fraction
+    // 1 − e⁻² within w.
     let waist = BeamProfile::Gaussian { waist: 0.05 };
     let laser = Fiber::new(
         Aperture::new(DVec3::ZERO, DVec3::Z, waist),
@@ -146,7 +148,8 @@ fn discs_get_their_shares() {
     max_abs_z(&zs, FAMILY).unwrap();
 }
 
-/// All of the light is within the cone, whose size depends on the index; and within the spot of a focus.
+/// All of the light lies within the cone, whose size depends on the index, and within the spot of a
+/// focus.
 #[test]
 fn nothing_is_beside_the_cone() {
     let aperture = Divergence::NumericalAperture(0.5);
@@ -162,12 +165,12 @@ fn nothing_is_beside_the_cone() {
     }
     let spread = Divergence::HalfAngle(1e-4);
     let focused = fiber(1.0, AngularProfile::Uniform, spread).with_focus(2.0);
-    // Rays from the edge meet the plane of the focus at an angle whose tangent is ½.
+    // Rays from the edge meet the focal plane at an angle whose tangent is ½.
     let (all, _) = through_disc(focused, 2.0, 2.0 * 1.26e-4 * 5f64.sqrt() / 2.0, 1.0);
     assert!((all - 1.0).abs() < 1e-9, "{all}");
 }
 
-/// Quarters of a screen get the pixels of a picture.
+/// Quarters of a screen receive the pixels of an image.
 #[test]
 fn a_beam_throws_its_picture() {
     let size = [2.0, 2.0];
@@ -176,7 +179,7 @@ fn a_beam_throws_its_picture() {
     let to_world = DAffine3::from_translation(DVec3::Z);
     let screen = Rectangle::new(to_world).unwrap().into();
     let found = through(beam.into(), screen, [2, 2], 1.0);
-    // By side, and from local −x −y on: x is to the left of the picture, y up.
+    // Order: by side, from local −x −y on. x points to the left of the image, y up.
     let quarters: Vec<Share> = found.into_iter().filter(|share| share.0 > 0.0).collect();
     let shares = [1.0, 2.0, 3.0, 0.5].map(|pixel| pixel / 6.5);
     assert_eq!(quarters.len(), 4);

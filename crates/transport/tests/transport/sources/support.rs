@@ -29,7 +29,7 @@ pub fn facing(position: DVec3, direction: DVec3, scale: f64) -> DAffine3 {
     }
 }
 
-/// A surface that delimits nothing.
+/// A surface that bounds no medium.
 pub fn unseen(shape: impl Into<Shape>) -> Object {
     Object {
         sides: None,

@@ -1,4 +1,4 @@
-//! Volumes that emit, against closed forms.
+//! Emitting volumes, compared with closed forms.
 
 use crate::common::{
     camera, container, fog, glass, mean, parts, path_tracer, shoot_by, sky, vacuum,
@@ -48,7 +48,7 @@ fn grid(to_world: DAffine3, placement: Placement, filter: GridFilter) -> VolumeL
     VolumeLight::new(grid, Spectrum([0.5, 1.0, 2.0, 0.0])).unwrap()
 }
 
-/// The same all over a box.
+/// A volume of uniform radiance over a box.
 pub fn uniform(to_world: DAffine3, radiance: f64) -> Emitter {
     let samples = GridSamples {
         size: [1; 3],
@@ -66,7 +66,7 @@ pub fn centred(half: DVec3) -> DAffine3 {
     DAffine3::from_mat3_translation(DMat3::from_diagonal(2.0 * half), -half)
 }
 
-/// All placements and filters.
+/// All combinations of placements and filters.
 fn kinds() -> impl Iterator<Item = (Placement, GridFilter)> {
     let filters = [GridFilter::Trilinear, GridFilter::Nearest];
     let placements = [Placement::Centers, Placement::Nodes];
@@ -75,8 +75,9 @@ fn kinds() -> impl Iterator<Item = (Placement, GridFilter)> {
         .flat_map(move |p| filters.map(|f| (p, f)))
 }
 
-/// Points against their density, which is what they emit, by two marginals each: a midpoint rule of 60 points across gives the
-/// densities of the bins, whose edges are where the grid has its own.
+/// Sampled points agree with their density, which is the emission, by two marginals each. A
+/// midpoint rule of 60 points across gives the densities of the bins, whose edges are edges of the
+/// grid.
 #[test]
 fn points_follow_what_they_emit() {
     const FINE: usize = 60;
@@ -149,7 +150,7 @@ fn the_power_is_that_of_all_points() {
     }
 }
 
-/// As it may be in some channels of a film of many.
+/// Tests a volume that is black in some channels, as in films of many channels.
 #[test]
 fn a_black_volume_sends_nothing_out() {
     let emitter = uniform(skewed(), 0.0);
@@ -172,7 +173,7 @@ fn a_black_volume_sends_nothing_out() {
     assert_eq!(light.radiance(light.sample([0.3, 0.7])), Spectrum::ZERO);
 }
 
-/// Emissions have the same weight each if there is one channel, which is the power.
+/// With a single channel, all emissions have equal weight, which is the power.
 #[test]
 fn emissions_carry_the_power() {
     let emitter = uniform(skewed(), 0.7);
@@ -192,7 +193,7 @@ fn emissions_carry_the_power() {
     }
 }
 
-/// A view along −z of ±½ about the axis, from outside.
+/// A view from outside along −z, of ±½ about the axis.
 pub fn view() -> Sensor {
     let to_world = facing(DVec3::Z * 4.0, DVec3::NEG_Z, 0.5);
     Sensor::Orthographic(Orthographic::new(to_world, 1.0))
@@ -206,13 +207,13 @@ fn estimators() -> [Integrator; 3] {
     ]
 }
 
-/// z-scores of the mean image by all estimators.
+/// Returns z-scores of the mean image, by all estimators.
 pub fn against(parts: &Parts, expected: f64, samples: u64) -> Vec<f64> {
     let samples = effort(samples);
     let z = |(seed, integrator)| {
         let (found, error) = mean(&shoot_by(integrator, parts.clone(), samples, seed));
         println!("{found} ± {error}, expected {expected}");
-        // One point gives all of the light where nothing absorbs.
+        // Without absorption, a single point gives all of the light without noise.
         if (found / expected - 1.0).abs() < 1e-9 {
             0.0
         } else {
@@ -222,7 +223,7 @@ pub fn against(parts: &Parts, expected: f64, samples: u64) -> Vec<f64> {
     (1..).zip(estimators()).map(z).collect()
 }
 
-/// Volumes in view, by photon maps and merging: nothing is blurred.
+/// Visible volumes are not blurred by photon maps and merging.
 #[test]
 fn photon_maps_see_volumes() {
     let (epsilon, sigma) = (0.8, 1.5f64);
@@ -242,8 +243,9 @@ fn photon_maps_see_volumes() {
     max_abs_z(&[vcm, photon].map(z), FAMILY).unwrap();
 }
 
-/// A pane of glass in the middle of a long volume: what it reflects and what it transmits add up to one, and so does what leaves
-/// its inside, so that the radiance is ε (2a + d/n²) with a on either side of the thickness d. With splitting and without.
+/// A pane of glass stands in the middle of a long volume. Its reflected and transmitted fractions
+/// add up to one, and so do those of light from its inside. The radiance is therefore ε (2a +
+/// d/n²), with a on either side of the thickness d. Tests renders with splitting and without.
 #[test]
 fn split_rays_gather_once() {
     let (epsilon, n, half) = (0.7, 1.5, DVec3::new(3.0, 3.0, 0.5));
@@ -275,7 +277,8 @@ fn split_rays_gather_once() {
     max_abs_z(&[false, true].map(z), FAMILY).unwrap();
 }
 
-/// In a box that absorbs and emits, the radiance that leaves is ε (1 − e^{−σd})/σ; in a mirror behind it is seen again.
+/// In a box that absorbs and emits, the outgoing radiance is ε (1 − e^{−σd})/σ; a mirror behind the
+/// box shows it again.
 #[test]
 fn boxes_in_view_have_their_radiance() {
     let (epsilon, sigma) = (0.8, 1.5f64);
@@ -293,10 +296,10 @@ fn boxes_in_view_have_their_radiance() {
         absorbed,
         2000,
     ));
-    // Where an index is declared to match that around it, radiance passes as it is.
+    // Radiance passes a declared index match unchanged.
     let matched = parts(hull(Bsdf::Null), media(1.4, sigma), light(), view());
     zs.extend(against(&matched, absorbed, 2000));
-    // What a mirror behind it reflects, six tenths, passes through it.
+    // The mirror behind it reflects six tenths, which pass through the box.
     let mut mirrored = parts(hull(Bsdf::Null), media(1.0, sigma), light(), view());
     let mut mirror = unseen(Disk::new(facing(DVec3::Z * -1.0, DVec3::Z, 3.0)).unwrap());
     mirror.bsdf = Bsdf::Conductor(
@@ -308,8 +311,9 @@ fn boxes_in_view_have_their_radiance() {
     max_abs_z(&zs, FAMILY).unwrap();
 }
 
-/// Where all matter emits σ_a n² and the sky has the radiance 1, L/n² is 1 everywhere: absorption and emission are in balance, and
-/// neither scattering nor any index changes that. n² is linear, and the volume trilinear, so that it is exact.
+/// If all media emit σ_a n² and the sky has radiance 1, L/n² is 1 everywhere: absorption and
+/// emission balance, for any scattering and index. n² is linear and the volume trilinear, so that
+/// the result is exact.
 #[test]
 fn a_graded_furnace_is_even() {
     let (sigma, albedo) = (1.2, 0.4);
@@ -337,7 +341,7 @@ fn a_graded_furnace_is_even() {
     max_abs_z(&zs, FAMILY).unwrap();
 }
 
-/// The same with an index that is declared to match that around it.
+/// The furnace also holds with an index that is declared to match the surroundings.
 #[test]
 fn a_furnace_is_even() {
     let (sigma, albedo, half) = (1.2, 0.4, DVec3::splat(0.7));
