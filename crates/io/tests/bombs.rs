@@ -1,7 +1,9 @@
-//! Files that state or hold far more than they are: with a limit of memory of zero, no reader takes more than ten times the file
-//! and 64 MiB, and none works for long; with a limit that allows what they state, those that are valid are read.
+//! Files that state or expand to far more than their size. With a memory limit of zero, no reader
+//! takes more than ten times the file and 64 MiB, and none runs for long. With a limit that allows
+//! the stated size, valid files are read.
 //!
-//! One test, as memory is counted for the whole program. Small files are in data/hostile (its `make.py`), others made here.
+//! This file has a single test, because the allocator counts the memory of the whole program. Small
+//! files are in data/hostile (its `make.py`); the test makes the others.
 
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
@@ -21,14 +23,15 @@ use zip::write::SimpleFileOptions;
 #[global_allocator]
 static ALLOCATOR: PeakAlloc = PeakAlloc;
 
-/// What a file may take beyond ten times its size, and a little for messages and tables.
+/// Memory in bytes that a file may take beyond ten times its size, with a margin for messages and
+/// tables.
 const EXTRA: usize = (64 << 20) + (1 << 20);
-/// No reader takes a hundredth of it on a quiet machine.
+/// Longest time of a reader. None takes a hundredth of it on a quiet machine.
 const PATIENCE: Duration = Duration::from_secs(20);
-/// Single-precision zeros that take more than [`EXTRA`].
+/// Side of a cube of single-precision zeros that takes more than [`EXTRA`].
 const SIDE: usize = 272;
 
-/// What is read, or why it is not.
+/// Success, or the reason why a file is refused.
 type Outcome = Result<(), String>;
 
 fn hostile(name: &str) -> PathBuf {
@@ -41,7 +44,7 @@ fn bytes(name: &str) -> Vec<u8> {
     std::fs::read(hostile(name)).unwrap()
 }
 
-/// Reads within bounds; returns what comes of it.
+/// Reads within bounds. Returns the result.
 #[track_caller]
 fn bounded(size: usize, read: impl FnOnce() -> Outcome) -> Outcome {
     ALLOCATOR.reset_peak_usage();
@@ -59,14 +62,14 @@ fn bounded(size: usize, read: impl FnOnce() -> Outcome) -> Outcome {
 /// A reader of files in memory.
 type Reader = fn(&[u8], Limits) -> Outcome;
 
-/// A reader refuses a file with these words, within bounds.
+/// Asserts that a reader refuses a file with these words, within bounds.
 #[track_caller]
 fn refused(file: &[u8], words: &str, read: Reader) {
     let error = bounded(file.len(), || read(file, Limits::of(0))).unwrap_err();
     assert!(error.contains(words), "{error}");
 }
 
-/// A reader refuses a valid file unless the limit allows what it states.
+/// Asserts that a reader refuses a valid file unless the limit allows the size that it states.
 #[track_caller]
 fn limited(file: &[u8], read: Reader) {
     refused(file, "more than the limit of", read);
@@ -190,7 +193,7 @@ fn serialized_file() -> Vec<u8> {
     file
 }
 
-/// An image of one bit for each pixel.
+/// An image of one bit per pixel.
 fn png_file() -> Vec<u8> {
     const EDGE: u32 = 4096;
     let mut file = b"\x89PNG\r\n\x1a\n".to_vec();
@@ -244,7 +247,7 @@ fn compressed() {
     limited(&exr_file(), |file, limits| {
         outcome(exr::decode_within(file, limits))
     });
-    // Nothing is stored at all: even a limit that allows it does not make it valid.
+    // The file stores no data at all: even a limit that allows its size does not make it valid.
     refused(
         &bytes("bomb.h5"),
         "more than the limit of",
@@ -285,7 +288,7 @@ fn meshes() {
         "0,".repeat(1 << 20)
     );
     refused(values.as_bytes(), "more than the limit of", read);
-    // The binary part is shared by however many buffers.
+    // All buffers share the binary part, whatever their number.
     let text = format!(
         "{{\"asset\":{{\"version\":\"2.0\"}},\"buffers\":[{}{{}}]}}",
         "{},".repeat(2000)
@@ -297,7 +300,7 @@ fn meshes() {
         file.extend(data);
     }
     refused(&file, "there is no number 0 among its 'scenes'", read);
-    // A byte for each corner.
+    // A byte per corner.
     let mut file = b"ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty uchar x\nproperty uchar y\n\
          property uchar z\nelement face 1\nproperty list uint uchar vertex_indices\nend_header\n\0\0\0\x01\0\0\0\x01\0"
         .to_vec();
@@ -319,7 +322,7 @@ fn meshes() {
     refused(corners.as_bytes(), "more memory than the limit", read);
 }
 
-/// Arrays of an archive that are the same bytes.
+/// Arrays of an archive that share their bytes.
 fn overlapping_arrays() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.npz");
@@ -352,7 +355,7 @@ fn overlapping_arrays() {
         archive.write_all(data).unwrap();
     }
     let file = archive.finish().unwrap().into_inner();
-    // The last entry of the directory once more for each of the names.
+    // Repeat the last entry of the directory for each of the names.
     let end = file.len() - 22;
     let at = file.windows(4).rposition(|w| w == b"PK\x01\x02").unwrap();
     let mut bomb = file[..end].to_vec();

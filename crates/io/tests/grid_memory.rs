@@ -1,6 +1,6 @@
-//! How much memory a grid of the index takes from its file to the scene: little more than its samples.
+//! Memory of a grid of the index from its file to the scene: little more than its samples.
 //!
-//! One test, as memory is counted for the whole program.
+//! This file has a single test, because the allocator counts the memory of the whole program.
 
 use morgana_io::LoadOptions;
 use morgana_io::volume::{Volume, write};
@@ -9,7 +9,7 @@ use peak_alloc::PeakAlloc;
 #[global_allocator]
 static ALLOCATOR: PeakAlloc = PeakAlloc;
 
-/// Tables, buffers, what a scene has besides.
+/// Memory in bytes for tables, buffers, and the rest of the scene.
 const SMALL: usize = 2 << 20;
 
 #[test]

@@ -16,7 +16,7 @@ static ALLOCATOR: PeakAlloc = PeakAlloc;
 /// Voxels along each axis.
 const SIDE: usize = 128;
 
-/// Six tissues within one another, whose surfaces are rough by a voxel.
+/// Six nested tissues whose surfaces are rough by a voxel.
 fn head() -> Vec<f64> {
     let label = |i: usize| {
         let at = |i: usize| 2.0 * (i as f64 + 0.5) / SIDE as f64 - 1.0;
@@ -68,8 +68,10 @@ fn voxels_take_a_few_bytes() {
     advanced.unwrap();
     let measuring = per_voxel(ALLOCATOR.peak_usage());
     println!("{loading:.2} bytes per voxel to load, {measuring:.2} to measure");
-    // Labels in single precision, then a byte for the index and for the label; a hundredth of the voxels are faces.
+    // Loading takes labels in single precision, then a byte each for index and label; a hundredth
+    // of the voxels are faces.
     assert!(loading < 8.0, "{loading}");
-    // Bytes for the matter of each voxel, and for how far others are, for labels and for matter.
+    // Measuring takes bytes for the medium of each voxel, and for the distances to other labels and
+    // other media.
     assert!(measuring < 11.0, "{measuring}");
 }

@@ -14,7 +14,8 @@ static ALLOCATOR: PeakAlloc = PeakAlloc;
 /// Voxels along each axis, and time gates.
 const SIDE: usize = 100;
 const GATES: usize = 10;
-/// Bytes of a cell and gate in sums and readings if all cells had them: two quantities of 40 and 25 bytes.
+/// Bytes per cell and gate in sums and readings, if all cells had them: two quantities of 40 and 25
+/// bytes.
 const EVERYWHERE: usize = 2 * (40 + 25);
 
 #[test]
@@ -47,7 +48,7 @@ fn gates_without_light_take_no_memory() {
         let (meters, options) = (loaded.meters(), run.measure_options());
         let before = ALLOCATOR.current_usage();
         let mut state = MeasureState::new(&loaded.groups, &meters).unwrap();
-        // A new state asks the system for the memory of all cells, and gives it back.
+        // A new state requests the memory of all cells from the system, and returns it.
         ALLOCATOR.reset_peak_usage();
         let go_on = |_: &MeasureState| ControlFlow::Continue(());
         let handle = Handle::default();
@@ -61,6 +62,6 @@ fn gates_without_light_take_no_memory() {
     });
     let cells = GATES * SIDE.pow(3);
     assert!(all < cells * EVERYWHERE / 20, "{all}");
-    // Beyond what light has reached, a gate takes a place in a table for every 64 cells.
+    // Without light, a gate takes one entry in a table for every 64 cells.
     assert!(all < 4 * one, "{one} {all}");
 }

@@ -1,4 +1,5 @@
-//! Memory of films while they are rendered, and of meshes while they are read: bytes a pixel, and bytes a triangle.
+//! Memory of films during renders, in bytes per pixel, and of meshes during reading, in bytes per
+//! triangle.
 //!
 //! This file has a single test, because the allocator counts the memory of the whole program.
 
@@ -14,12 +15,12 @@ static ALLOCATOR: PeakAlloc = PeakAlloc;
 
 /// Pixels along each side of a film.
 const SIDE: usize = 256;
-/// Threads, and bytes that each needs at most for its work.
+/// Number of threads, and maximum bytes per thread for its work.
 const THREADS: usize = 2;
 const WORK: usize = 1 << 20;
-/// Most bytes of a pixel of three channels, by a path tracer.
+/// Maximum bytes per pixel of three channels, by a path tracer.
 const MOST_OF_PIXEL: usize = 170;
-/// Most bytes of a triangle of a closed mesh that is kept, and that is read.
+/// Maximum bytes per triangle of a closed mesh: kept, and during reading.
 const MOST_KEPT: usize = 80;
 const MOST_READ: usize = 140;
 
@@ -46,7 +47,7 @@ fn ball(integrator: &Value, film: &Value, samples: u64, sampler: &str) -> Value 
     })
 }
 
-/// Peak of the memory that a render takes, and what is said of it before.
+/// Peak memory of a render, and its estimate in advance.
 fn rendered(loaded: &Loaded) -> [usize; 2] {
     let options = Run::new(loaded).options();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(THREADS);

@@ -1,7 +1,7 @@
-//! Series in time are read in parts: beside 40 bytes for each place, memory does not grow with the number of frames, whatever
-//! the order of the axes. The sound is that of the closed form.
+//! Memory of time series, which are read in parts: 40 bytes per position, and no growth with the
+//! number of frames, for any order of the axes. The sound agrees with the closed form.
 //!
-//! One test, as memory is counted for the whole program.
+//! This file has a single test, because the allocator counts the memory of the whole program.
 
 use hdf5_reader::{ByteOrder, Datatype};
 use hdf5_writer::{DatasetBuilder, Hdf5Builder, Hdf5Writer, WriteOptions};
@@ -16,16 +16,17 @@ use std::path::Path;
 #[global_allocator]
 static ALLOCATOR: PeakAlloc = PeakAlloc;
 
-/// Number of places, of frames, and of frames to a period.
+/// Numbers of positions along each axis. The next two constants are numbers of frames, in all and
+/// per period.
 const PLACES: [usize; 3] = [16, 16, 32];
 const FRAMES: usize = 2048;
 const STEPS: usize = 8;
-/// What a place may take while it is read, and afterwards: 24 bytes for sums and 16 for its amplitude.
+/// Maximum bytes per position during reading and afterwards: 24 for sums and 16 for the amplitude.
 const EACH: usize = 40;
-/// Blocks of the file, and what a scene has besides.
+/// Bytes for blocks of the file, and the rest of the scene.
 const BLOCKS: usize = 24 << 20;
 
-/// The pressure at a place at a frame, in Pa; x runs fastest.
+/// Pressure at a position in a frame, in Pa; x runs fastest.
 fn pressure(place: usize, frame: usize) -> f32 {
     let angle = TAU * (frame % STEPS) as f64 / STEPS as f64 + 1e-4 * place as f64;
     (1e3 * angle.cos()) as f32
@@ -84,7 +85,7 @@ fn write_hdf5(path: &Path, time_first: bool, chunk: Option<[u64; 4]>) {
         .unwrap();
 }
 
-/// The scene of a file, and the most memory that loading it took.
+/// Returns the scene of a file, and the peak memory of loading it.
 fn load(folder: &Path, name: &str, time_first: bool) -> (Loaded, usize) {
     let mut ior = json!({
         "type": "pressure", "filename": name, "axis_order": if time_first { "czyx" } else { "zyxc" },

@@ -1,7 +1,7 @@
-//! How much memory readers of volumes use: no more than the samples and, where a format is not read in pieces,
-//! the file; and of damaged files no more than their size justifies.
+//! Memory of volume readers: at most the samples and, for formats that are not read in pieces, the
+//! file. For damaged files, at most what their size justifies.
 //!
-//! One test, as memory is counted for the whole program.
+//! This file has a single test, because the allocator counts the memory of the whole program.
 
 use std::io::Read;
 use std::path::Path;
@@ -18,14 +18,15 @@ use peak_alloc::PeakAlloc;
 #[global_allocator]
 static ALLOCATOR: PeakAlloc = PeakAlloc;
 
-/// Buffers, tables of decompression, names.
+/// Bytes for buffers, tables of decompression, and names.
 const SMALL: usize = 512 << 10;
-/// Deflate compresses 1100 times at most, and a byte becomes a number of four.
+/// Maximum growth by decompression: deflate compresses at most 1100 times, and a byte becomes a
+/// number of four.
 const INFLATION: usize = 4 * 1100;
 
-/// The least limit.
+/// The smallest memory limit.
 const LIMITS: Limits = Limits { memory: Some(0) };
-/// What a file may take whose header states more than it holds, beyond ten times its size.
+/// Bytes beyond ten times its size that a file may take if its header states more than it contains.
 const STATED: usize = 64 << 20;
 
 const ZYX: Options = Options {
@@ -39,7 +40,7 @@ const ANY: Options = Options {
     limits: LIMITS,
 };
 
-/// The most memory that is used during a call, beyond that before.
+/// Returns the peak memory of a call, beyond the memory before it.
 fn peak<T>(call: impl FnOnce() -> T) -> usize {
     ALLOCATOR.reset_peak_usage();
     let before = ALLOCATOR.current_usage();
@@ -54,7 +55,7 @@ fn valid_files() {
     let data = (0..SIDE * SIDE * SIDE).map(|i| i as f32).collect();
     let volume = Volume::<f32>::new([SIDE; 3], 1, data).unwrap();
     let samples = size_of::<f32>() * SIDE * SIDE * SIDE;
-    // Samples stay where they are when they become a spline, which needs some room around them.
+    // Samples become a spline in place, which needs some room around them.
     let most = size_of::<f32>() * Bspline::room([SIDE; 3]);
     let folder = tempfile::tempdir().unwrap();
     for extension in ["vol", "npy", "npz", "h5", "mat", "nrrd", "vti", "vtk"] {
@@ -67,7 +68,7 @@ fn valid_files() {
             ..Options::default()
         };
         let peak = peak(|| Volume::<f32>::read(&path, options).unwrap());
-        // These are in memory as a whole.
+        // These formats hold the whole file in memory.
         let whole = match extension {
             "h5" | "vti" => samples,
             _ => 0,
@@ -97,11 +98,11 @@ fn parse(name: &str, bytes: &[u8]) {
     };
 }
 
-/// Files with a few bytes replaced, of which many claim other sizes.
+/// Files with a few replaced bytes; many of them state other sizes.
 fn damaged_files() {
     let mut state = 1u64;
     let mut random = move |below: usize| {
-        // Knuth's MMIX generator, of which the upper bits are good.
+        // Knuth's MMIX generator, whose upper bits are good.
         state = state
             .wrapping_mul(6364136223846793005)
             .wrapping_add(1442695040888963407);
@@ -130,13 +131,13 @@ fn damaged_files() {
         for _ in 0..1000 {
             let mut bytes = file.clone();
             for _ in 0..1 + random(4) {
-                // Digits make other sizes of a text, large bytes of a number.
+                // Digits change sizes in texts, and large bytes change sizes in numbers.
                 let value = [b'9', 0xff, 0x7f, random(256) as u8][random(4)];
                 bytes[random(file.len())] = value;
             }
             let peak = peak(|| parse(name, &bytes));
             let most = match name {
-                // Tiles make much of nothing.
+                // Tiles expand a few bytes to many samples.
                 "single.vdb" => 10 * file.len() + STATED,
                 _ => INFLATION * file.len(),
             };
@@ -145,7 +146,7 @@ fn damaged_files() {
     }
 }
 
-/// Files that claim to be huge, without compression that could make up for it.
+/// Files that state huge sizes, without compression that could explain them.
 fn huge_claims() {
     let mut vol = b"VOL\x03\x01\0\0\0".to_vec();
     vol.extend(
@@ -159,7 +160,7 @@ fn huge_claims() {
         assert!(text.contains(from), "{name}");
         text.replace(from, to).into_bytes()
     };
-    // An array of MATLAB: its dimensions follow flags, its size a name; compressed as it is.
+    // A MATLAB array, also compressed: its dimensions follow flags, and its size follows a name.
     let mut mat = made("compressed.mat");
     let mut array = Vec::new();
     let mut block = ZlibDecoder::new(&mat[136..]);

@@ -1,4 +1,4 @@
-//! No input makes a reader panic.
+//! Readers never panic, for any input.
 
 use crate::common;
 use morgana_io::arrays::Arrays;
@@ -9,7 +9,7 @@ use morgana_io::volume::{
 use morgana_io::{Diagnostics, FileRegistry, Limits, PluginKind, Problem, Query, ies, mesh, xml};
 use proptest::prelude::*;
 
-/// Reads a scene and asks every object for everything.
+/// Reads a scene and queries every object for all parameters and children.
 fn exercise(text: &str) {
     let mut diagnostics = Diagnostics::new();
     let overrides = [("a".to_owned(), "1".to_owned())];
@@ -30,7 +30,7 @@ fn exercise(text: &str) {
     diagnostics.to_string();
 }
 
-/// Pieces of which text is often nearly a scene.
+/// Fragments whose text is often nearly a scene.
 fn pieces() -> impl Strategy<Value = String> {
     let known = prop::sample::select(vec![
         "<scene version='3.0.0'>",
@@ -86,14 +86,14 @@ fn pieces() -> impl Strategy<Value = String> {
     .prop_map(|pieces| pieces.concat())
 }
 
-/// Bytes after a valid beginning, so that they get past the first check.
+/// Bytes after a valid beginning, which get past the first check.
 fn after(starts: Vec<Vec<u8>>) -> impl Strategy<Value = Vec<u8>> {
     let start = prop::sample::select(starts);
     (start, prop::collection::vec(any::<u8>(), 0..300))
         .prop_map(|(start, rest)| [start, rest].concat())
 }
 
-/// A valid file in which some bytes are changed.
+/// A valid file with some changed bytes.
 fn damaged(file: Vec<u8>) -> impl Strategy<Value = Vec<u8>> {
     let length = file.len();
     let changes = prop::collection::vec((0..length, any::<u8>()), 0..8);
@@ -165,7 +165,7 @@ fn obj_pieces() -> impl Strategy<Value = String> {
     .prop_map(|pieces| pieces.concat())
 }
 
-/// Lines of which text is often nearly a header of NRRD.
+/// Lines whose text is often nearly an NRRD header.
 fn nrrd_pieces() -> impl Strategy<Value = String> {
     let known = prop::sample::select(vec![
         "type: float\n",
@@ -198,7 +198,7 @@ fn nrrd_pieces() -> impl Strategy<Value = String> {
     prop::collection::vec(pieces, 0..12).prop_map(|p| format!("NRRD0005\n{}", p.concat()))
 }
 
-/// Lines of which text is often nearly a file of structured points.
+/// Lines whose text is often nearly a file of structured points.
 fn vtk_pieces() -> impl Strategy<Value = String> {
     let known = prop::sample::select(vec![
         "ASCII\n",
@@ -227,7 +227,7 @@ fn vtk_pieces() -> impl Strategy<Value = String> {
     prop::collection::vec(pieces, 0..12).prop_map(|p| p.concat())
 }
 
-/// A file made by the reference library of its format (data/volumes/make.py).
+/// Reads a file made by the reference library of its format (data/volumes/make.py).
 fn made(name: &str) -> Vec<u8> {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/volumes");
     std::fs::read(folder.join(name)).unwrap()
@@ -239,7 +239,7 @@ const ZYX: Options = Options {
     limits: Limits { memory: None },
 };
 
-/// Two sums over the first half of the frames.
+/// A request for two sums over the first half of the frames.
 fn halves(shape: SeriesShape) -> Result<FrameSums, Problem> {
     Ok(FrameSums {
         used: 0..shape.frames.div_ceil(2),

@@ -1,5 +1,5 @@
-//! Images from arbitrary and damaged bytes are read or refused: nothing panics, and no more is allocated than a
-//! file can hold.
+//! Images from arbitrary and damaged bytes are read or refused: nothing panics, and no reader
+//! allocates more than a file can hold.
 
 use crate::common;
 use morgana_io::image::tone::Tone;
@@ -45,7 +45,7 @@ fn read_npy(bytes: &[u8]) -> bool {
     ImageLayers::read(&path).is_ok()
 }
 
-/// A valid file in which some bytes are changed, and whose end may be missing.
+/// A valid file with some changed bytes, which may lack its end.
 fn damaged(file: Vec<u8>) -> impl Strategy<Value = Vec<u8>> {
     let length = file.len();
     let changes = prop::collection::vec((0..length, any::<u8>()), 0..8);
@@ -74,7 +74,7 @@ fn shapes_of_arrays() {
     }
 }
 
-/// 30,000 × 30,000 pixels in a few bytes: the header's checksum is right.
+/// 30,000 × 30,000 pixels in a few bytes, with a valid checksum of the header.
 #[test]
 fn a_png_file_holds_no_more_than_it_can() {
     let mut bytes = png_file();

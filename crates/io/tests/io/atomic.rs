@@ -105,7 +105,7 @@ fn a_link_is_followed() {
     assert_eq!(fs::read(&file).unwrap(), b"new");
 }
 
-/// A link to a link to a file that does not exist makes that file, and stays a link.
+/// Writing to a link to a link to a missing file creates the file and keeps the link.
 #[cfg(unix)]
 #[test]
 fn a_link_to_nothing_is_followed() {
@@ -142,7 +142,7 @@ fn threads_do_not_get_in_each_others_way() {
     assert_eq!(names(folder.path()), ["a.txt"]);
 }
 
-/// A name as long as names can be: the temporary's is its own.
+/// The longest possible name can be written, because the temporary file has its own name.
 #[test]
 fn the_longest_name_can_be_written_and_a_longer_one_is_refused_by_a_probe() {
     let folder = tempfile::tempdir().unwrap();
@@ -155,8 +155,9 @@ fn the_longest_name_can_be_written_and_a_longer_one_is_refused_by_a_probe() {
     assert_eq!(names(folder.path()), ["a".repeat(255)]);
 }
 
-/// What killed processes have left is removed, but nothing that may be worked on: by a live process of this machine, which
-/// locks it, or of another that shares the folder, whose locks may not be seen here.
+/// Files left by killed processes are removed. Files that another process may be using stay: a live
+/// process of this machine, which locks them, or a process of another machine that shares the
+/// folder, whose locks may be invisible here.
 #[test]
 fn what_killed_processes_have_left_is_removed() {
     const MINUTES: u64 = 120;

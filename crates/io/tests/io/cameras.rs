@@ -1,4 +1,4 @@
-//! Fields of view, against the trigonometry of the frame.
+//! Fields of view, compared with the trigonometry of the frame.
 
 use morgana_io::{LoadOptions, Loaded};
 use transport::aov::{Aov, AovTracer};
@@ -17,7 +17,7 @@ fn load(parameters: &str, size: [usize; 2]) -> Result<Loaded, String> {
     morgana_io::load_scene(&path, &LoadOptions::default()).map_err(|d| d.to_string())
 }
 
-/// Slopes at which the left edge's and the upper edge's middles are seen.
+/// Slopes at which the middles of the left and the upper edge are seen.
 fn edges(parameters: &str, size: [usize; 2]) -> [f64; 2] {
     let loaded = load(parameters, size).unwrap_or_else(|e| panic!("{e}"));
     let slope = |image| {
@@ -40,7 +40,7 @@ fn a_focal_length_is_that_of_a_lens_for_36_by_24_mm() {
     close(edges("", [36, 24]), [18.0 / 50.0, 12.0 / 50.0]);
     close(edges(&focal("35mm"), [36, 24]), [18.0 / 35.0, 12.0 / 35.0]);
     close(edges(&focal("100"), [24, 36]), [12.0 / 100.0, 18.0 / 100.0]);
-    // The diagonal stays the same.
+    // The diagonal is unchanged.
     let half = 12f64.hypot(18.0) / 50.0 / 2f64.sqrt();
     close(edges(&focal("50 mm"), [10, 10]), [half, half]);
 }
@@ -88,7 +88,7 @@ fn scene(sensors: &str) -> Result<Loaded, String> {
     morgana_io::load_scene(&path, &LoadOptions::default()).map_err(|d| d.to_string())
 }
 
-/// A camera that looks along +z from a place on the x axis.
+/// A camera that looks along +z from a point of the x axis.
 fn camera(x: f64, contents: &str) -> String {
     format!(
         "<sensor type='perspective'><float name='fov' value='60'/>
@@ -142,7 +142,7 @@ fn cameras_of_a_batch_share_the_film() {
     }
 }
 
-/// Surfaces that face inwards are rooms and domes.
+/// Surfaces that face inwards are rooms and domes, and may contain the sensor.
 #[test]
 fn sensors_are_inside_surfaces_that_face_inwards() {
     let room = |shape: &str, more: &str| {
@@ -209,7 +209,8 @@ fn a_radiance_meter_sees_along_a_ray() {
     }
 }
 
-/// A sensor at (1, 2, 3) that looks along +x, with its local axes three times as long, and a plane in focus at x = 7: two units ahead.
+/// A sensor at (1, 2, 3) that looks along +x, with its local axes three times as long, and a plane
+/// in focus at x = 7: two local units ahead.
 fn focused(plugin: &str, parameters: &str) -> Result<Loaded, String> {
     scene(&format!(
         "<sensor type='{plugin}'>{parameters}<transform name='to_world'><scale value='3'/>
@@ -255,8 +256,9 @@ fn the_plane_in_focus_is_named_by_a_distance_or_a_point() {
     }
 }
 
-/// Distances of focus are measured as if nothing refracted: what is at a depth d behind a flat face at a distance a is in focus at a + d/n. At its true
-/// distance the disc of confusion has the radius r d (n − 1)/n/(a + d) of the lens's radius r, within the square of the angles.
+/// Focus distances are measured without refraction: a point at depth d behind a flat face at
+/// distance a is in focus at a + d/n. Focused at the true distance, the disc of confusion has the
+/// radius r d (n − 1)/n/(a + d) for a lens of radius r, to the square of the angles.
 #[test]
 fn focus_behind_a_face_is_at_the_apparent_distance() {
     let (radius, face, depth, n) = (0.01, 4.0, 3.0, 1.5);
@@ -316,7 +318,7 @@ fn each_wavelength_is_diffracted_as_far() {
         let sensor = loaded.groups[group].sensor();
         sensor.point_spread().unwrap().offset(1.0, || [0.5, 0.0])[0]
     };
-    // Half of the light is within v = 1.680225 (Rayleigh).
+    // Half of the light lies within v = 1.680225 (Rayleigh).
     let v = 1.680_225;
     let lens = format!(
         "<float name='fov' value='2'/><float name='aperture_radius' value='0.5'/>{DIFFRACTION}"
@@ -420,7 +422,8 @@ fn diffraction_says_what_it_needs() {
     }
 }
 
-/// What opens of an aperture: shares of its square, by where rays start on the lens.
+/// Returns the fraction of ray starts on the lens, relative to the aperture's square, for which
+/// `of` holds.
 fn open_share(loaded: &Loaded, of: impl Fn([f64; 2]) -> bool) -> f64 {
     let starts = (0..10_000).map(|i| {
         let lens = [i % 100, i / 100].map(|k| (f64::from(k) + 0.5) / 100.0);
@@ -430,7 +433,8 @@ fn open_share(loaded: &Loaded, of: impl Fn([f64; 2]) -> bool) -> f64 {
     starts.filter(|p| of(*p)).count() as f64 / 1e4
 }
 
-/// A triangle with a corner on the left, which is +x, and a bar upwards; all wavelengths share it.
+/// All wavelengths share an aperture with a triangle, whose corner points left (+x), and a bar
+/// pointing up.
 #[test]
 fn blades_and_vanes_cover_a_lens() {
     let lens = format!(
@@ -444,7 +448,7 @@ fn blades_and_vanes_cover_a_lens() {
     let in_bar = |[x, y]: [f64; 2]| x.abs() < 0.09 && y > 0.0;
     assert_eq!(open_share(&loaded, in_bar), 0.0);
     assert!(open_share(&loaded, |[x, y]| in_bar([x, -y])) > 0.03);
-    // The same offsets, in proportion to the wavelength.
+    // Offsets are proportional to the wavelength.
     let offset = |group: usize| {
         let spread = loaded.groups[group].sensor().point_spread().unwrap();
         spread.offset(1.0, || [0.3, 0.6])
@@ -458,7 +462,7 @@ fn blades_and_vanes_cover_a_lens() {
     }
 }
 
-/// Half of a picture of an aperture, from the left, lets a third as much pass as the other.
+/// The left half of an aperture image transmits a third as much as the right half.
 #[test]
 fn a_picture_says_what_of_a_lens_is_open() {
     let scene = |data: &str, more: &str| {
@@ -495,7 +499,7 @@ fn a_picture_says_what_of_a_lens_is_open() {
     }
 }
 
-/// What depends on something that is wrong does not complain, too.
+/// Parts that depend on an invalid part cause no further messages.
 #[test]
 fn one_mistake_is_one_error() {
     let number = DIFFRACTION.replace(

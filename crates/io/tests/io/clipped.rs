@@ -1,4 +1,5 @@
-//! Values of images and grids outside of what they may be: rounding is clipped with a note, all else is named.
+//! Values of images and grids outside their range: rounding errors are clipped with a note, and all
+//! others are reported.
 
 use glam::DVec3;
 use morgana_io::image::{ImageLayers, Layer, exr};
@@ -9,7 +10,7 @@ use std::path::Path;
 use tempfile::TempDir;
 use transport::emitter::Emitter;
 
-/// A row of pixels, the same in all channels.
+/// Writes a row of pixels, equal in all channels.
 fn image(folder: &Path, layer: &str, values: &[f32]) {
     let channels = ["R", "G", "B"].map(|name| (name.to_owned(), values.to_vec()));
     let image = ImageLayers {
@@ -38,7 +39,7 @@ const SKY: &str = r#"<emitter type="constant"/>"#;
 const ENVIRONMENT: &str =
     r#"<emitter type="envmap"><string name="filename" value="image.exr"/></emitter>"#;
 
-/// The messages of a scene that uses a row of pixels.
+/// Loads a scene that uses a row of pixels. Returns the scene or its messages.
 fn with_image(values: &[f32], body: &str) -> Result<Loaded, String> {
     let folder = tempfile::tempdir().unwrap();
     image(folder.path(), "", values);
@@ -82,7 +83,7 @@ fn environments_are_clipped_at_black() {
     let black = light(&[1.0, 0.5, 0.0, 0.25]);
     assert_eq!(light(&[1.0, 0.5, -1e-7, 0.25]), black);
     assert_eq!(light(&[1.0, 0.5, -0.1, 0.25]), black);
-    // What filters with negative lobes leave beside bright pixels.
+    // Small negative values, as filters with negative lobes leave beside bright pixels.
     let warning = "image.exr: 1 of 4 pixels are negative, down to -0.1: clipped to 0, which adds 5.7 % to its light";
     accepted(
         with_image(&[1.0, 0.5, -0.1, 0.25], ENVIRONMENT),
@@ -108,7 +109,7 @@ fn environments_that_cannot_shine_are_named() {
     refused(nan, &[expected]);
 }
 
-/// A square with an image in a parameter.
+/// A square with an image as a parameter.
 fn square(bsdf: &str) -> String {
     format!(r#"{SKY}<shape type="rectangle">{bsdf}</shape>"#)
 }
@@ -146,7 +147,7 @@ fn reflectances_are_clipped_at_their_limits() {
             "'scale' of 0.4 or less",
         ],
     );
-    // As it counts, it may be within the limits.
+    // After scaling, the values may be within the limits.
     let dimmed = square(&format!(
         r#"<bsdf type="diffuse"><texture name="reflectance" type="scale"><float name="scale" value="0.4"/>
 <texture {BITMAP}</texture></bsdf>"#
@@ -191,7 +192,7 @@ fn numbers_of_a_scene_are_clipped_at_their_limits() {
     );
 }
 
-/// A medium whose albedo is a grid of two voxels in a box of its own.
+/// A medium whose albedo is a grid of two voxels in its own box.
 fn grid(folder: &TempDir, values: [f32; 2], end: DVec3) -> Result<Loaded, String> {
     let volume = Volume::new([2, 1, 1], 1, values.to_vec()).unwrap();
     let volume = volume.with_bbox([DVec3::ZERO, end]);

@@ -1,4 +1,4 @@
-//! Comparisons of images: closed forms, and ꟻLIP as its authors' own program computes it.
+//! Comparisons of images, tested by closed forms and by the ꟻLIP authors' own program.
 
 use morgana_io::compare::{compare, flip::flip};
 use morgana_io::image::exposure::Exposure;
@@ -57,7 +57,7 @@ fn equal_images_do_not_differ() {
     }
 }
 
-/// z of two pixels and two channels, one of which knows no variance.
+/// z of two pixels and two channels, one of which has no variance.
 #[test]
 fn differences_are_measured_in_standard_errors() {
     let unknown = f32::INFINITY;
@@ -89,13 +89,14 @@ fn differences_are_measured_in_standard_errors() {
     close(map[0].into(), first);
     assert!(z.channels[0].1[1].is_nan());
 
-    // Over both pixels: differences and variances add up.
+    // Over both pixels, differences and variances add up.
     let z = compare(&a, &b, 2).unwrap().z.unwrap();
     close(z.worst.unwrap().z, 0.6 / 0.13f64.sqrt());
     assert_eq!(z.count, 1);
 }
 
-/// Where all samples are equal only round-off is left, and it is no difference; anything more is.
+/// If all samples are equal, only round-off remains, which counts as no difference; anything larger
+/// counts.
 #[test]
 fn round_off_is_no_difference() {
     let constant = |value: f32| {
@@ -136,8 +137,9 @@ fn an_alpha_channel_of_one_image_is_left_out() {
     near(c.rmse, 0.5);
 }
 
-/// Images of 48 × 32 pixels in linear sRGB: ramps and a checkerboard; and the same with one ramp squared, the
-/// checkerboard moved by two pixels, a white dot and a red patch that is too bright for a screen.
+/// Images of 48 × 32 pixels in linear sRGB: ramps and a checkerboard. The changed image has one
+/// ramp squared, the checkerboard moved by two pixels, a white dot and a red patch beyond the range
+/// of a screen.
 fn checkers(changed: bool) -> RgbImage {
     let shift = if changed { 2 } else { 0 };
     let pixel = |i: usize| {
@@ -195,7 +197,7 @@ fn equal_images_do_not_flip() {
     assert!(flip(&tiny, &checkers(false)).is_err());
 }
 
-/// An array and a PNG file of an image hold its main layer.
+/// Arrays and PNG files of an image contain its main layer.
 #[test]
 fn images_of_all_formats_are_read() {
     let folder = tempfile::tempdir().unwrap();
@@ -221,7 +223,8 @@ fn images_of_all_formats_are_read() {
     );
 }
 
-/// Files of one picture that are shown differently bright, or by another curve, hold the same values to the depth of a PNG file.
+/// Files of one image with different exposures or curves represent equal values, to the depth of a
+/// PNG file.
 #[test]
 fn exposures_of_png_files_are_undone() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,5 @@
-//! Grids of the index that are finer than their field: held by fewer samples, as far as rounding lets tell.
+//! Condensed grids: grids of the index finer than their field are stored with fewer samples, as far
+//! as rounding permits.
 
 use glam::DVec3;
 use morgana_io::element::Element;
@@ -14,7 +15,7 @@ fn samples(index: impl Fn(DVec3) -> f64) -> Vec<f64> {
     (0..SIDE.pow(3)).map(|i| index(place(i))).collect()
 }
 
-/// Smooth on the scale of the cube of half-width 1.
+/// A function that is smooth on the scale of the cube of half-width 1.
 fn bump(x: DVec3) -> f64 {
     1.3 + 0.01 * (-2.0 * x.length_squared()).exp()
 }
@@ -35,7 +36,7 @@ fn load(folder: &Path, samples: Vec<f64>, element: Element, more: &str) -> Loade
     morgana_io::load_scene(&path, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// The medium of the cube.
+/// Index field of the medium in the cube.
 fn field(loaded: &Loaded) -> &eikonal::Field {
     let media = loaded.scene().media();
     let bent = media.iter().find(|m| !m.index.is_constant());
@@ -74,7 +75,7 @@ fn fewer_samples_hold_a_smooth_index() {
         let x = DVec3::new((0.7 * t).sin(), (1.1 * t).sin(), (1.3 * t).cos());
         assert!((fine.n2(x) - held.n2(x)).abs() < 8e-7, "{x}");
     }
-    // Numbers of double precision say more.
+    // Double-precision samples carry more information.
     let double = load(folder.path(), samples(bump), Element::F64, "");
     assert!(double.condensed.is_empty(), "{:?}", double.condensed);
 }
@@ -85,7 +86,7 @@ fn grids_stay_where_samples_say_more() {
     let ripples = |x: DVec3| bump(x) + 1e-6 * (90.0 * (x.x + x.y + x.z)).sin();
     let loaded = load(folder.path(), samples(ripples), Element::F64, "");
     assert!(loaded.condensed.is_empty(), "{:?}", loaded.condensed);
-    // Decimals are not smooth by what numbers of single precision could tell.
+    // Decimals are not smooth to the accuracy of single precision.
     let decimals = samples(|x| (bump(x) * 1e4).round() / 1e4);
     let loaded = load(folder.path(), decimals, Element::F64, "");
     assert!(loaded.condensed.is_empty(), "{:?}", loaded.condensed);

@@ -1,4 +1,4 @@
-//! Parts of films, shifted pictures, and filters with negative lobes.
+//! Crops of films, shifted images, and filters with negative lobes.
 //!
 //! False-alarm rate: 1e-3 for each comparison of estimators, over all pixels.
 
@@ -7,10 +7,11 @@ use std::fs;
 use testkit::z_test::max_abs_z;
 
 const FAMILY: f64 = 1e-3;
-/// Enough for means of what particles bring to a pixel to be normal.
+/// Samples per pixel, enough for normal means of particles in a pixel.
 const SAMPLES: u64 = 4000;
 
-/// A ball on a mirrorless floor under a point light, seen by a camera with these parameters and this film.
+/// A ball on a floor without mirrors under a point light, seen by a camera with these parameters
+/// and this film.
 fn load(integrator: &str, camera: &str, film: &str) -> Result<Loaded, String> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("scene.xml");
@@ -58,14 +59,14 @@ fn rendered(loaded: &Loaded, spp: u64) -> Vec<[f64; 2]> {
     (0..film.width() * film.height()).map(pixel).collect()
 }
 
-/// What is less than so much, of pixels up to 0.2, comes of too few samples for its errors to be known.
+/// Light below this value, in pixels of up to 0.2, comes from too few samples for known errors.
 const DARK: f64 = 1e-4;
 
 fn z([mean, variance]: [f64; 2], [other, other_variance]: [f64; 2]) -> f64 {
     (mean - other) / (variance + other_variance + DARK * DARK).sqrt()
 }
 
-/// By `path` from the sensor and by `particle` from the light.
+/// Compares `path`, from the sensor, with `particle`, from the light.
 #[track_caller]
 fn estimators_agree(film: &str) {
     let [path, particle] = ["path", "particle"].map(|integrator| {
@@ -103,7 +104,7 @@ fn filters_with_negative_lobes_are_the_same_from_either_end() {
     }
 }
 
-/// A quarter of the width to the right is what a camera sees in pixels that many further on.
+/// An offset of a quarter of the width shifts the image to the right by as many pixels.
 #[test]
 fn principal_points_shift_the_picture() {
     let shift = "<float name=\"principal_point_offset_x\" value=\"0.25\"/>

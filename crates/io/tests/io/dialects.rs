@@ -1,11 +1,12 @@
-//! Scenes in the dialect of Mitsuba 0.5 and 0.6, and of the refractive fork: what they become, said outright.
+//! Scenes in the dialects of Mitsuba 0.5 and 0.6, and of the refractive fork: their translations to
+//! Mitsuba 3, written out.
 
 use glam::DVec3;
 use morgana_io::scene::SceneHash;
 use morgana_io::volume::{Volume, vol};
 use morgana_io::{Diagnostics, FileRegistry, LoadOptions, Severity, json, xml};
 
-/// The fingerprint of a scene, and what the note on it says was done, if there is one.
+/// Returns the hash of a scene, and the note on its translation, if there is one.
 fn read(text: &str) -> (SceneHash, Option<String>) {
     let mut diagnostics = Diagnostics::new();
     let scene = xml::parse(text, "scene.xml", &[], &mut diagnostics);
@@ -22,7 +23,7 @@ fn read(text: &str) -> (SceneHash, Option<String>) {
     (scene.hash(&FileRegistry::new()).unwrap(), note)
 }
 
-/// What a scene of version 0.6 becomes; returns what the note says.
+/// Asserts the translation of a scene of version 0.6. Returns the text of the note.
 fn becomes(old: &str, new: &str) -> String {
     let (old, note) = read(&format!("<scene version='0.6.0'>{old}</scene>"));
     let (new, none) = read(&format!("<scene version='3.0.0'>{new}</scene>"));
@@ -40,7 +41,7 @@ fn errors(contents: &str) -> Vec<String> {
     errors.map(|d| d.message.clone()).collect()
 }
 
-/// JSON scenes, and dictionaries, take what XML takes, with the same note.
+/// JSON scenes and dictionaries accept the XML dialects, with equal notes.
 #[test]
 fn json_takes_what_xml_takes() {
     let film = |format: &str| {
@@ -90,7 +91,7 @@ fn json_takes_what_xml_takes() {
     }
 }
 
-/// Shapes around media are not there to light unless they have a bsdf.
+/// Shapes around media scatter no light unless they have a bsdf.
 #[test]
 fn boundaries_of_media_without_a_bsdf_are_null() {
     let medium = "<medium type='homogeneous' id='smoke'/>";
@@ -145,7 +146,7 @@ fn names_of_parameters_and_roles() {
     );
 }
 
-/// Films of earlier versions of the fork, and films that are not modulated.
+/// Films of earlier versions of the fork, and unmodulated films.
 #[test]
 fn earlier_films_of_the_fork() {
     let camera = |film: &str| {
@@ -193,8 +194,8 @@ fn older_bsdfs() {
     );
 }
 
-/// Scenes of version 0.6 with a sky: where the sun is, as that program's documentation has it (y up, −z to the north, in the
-/// afternoon in the west, −x), and that each plugin shines as it should.
+/// Scenes of version 0.6 with a sky: direction of the sun by Mitsuba's documentation (y up, −z to
+/// the north, in the afternoon in the west, −x), and the light of each plugin.
 #[test]
 fn older_skies() {
     use transport::emitter::{Emitter, Environment};
@@ -215,7 +216,7 @@ fn older_skies() {
     assert_eq!(parts("<emitter type='sky'/>"), ["envmap"]);
     assert_eq!(parts("<emitter type='sun'/>"), ["disc"]);
     assert_eq!(parts("<emitter type='sunsky'/>"), ["envmap", "disc"]);
-    // The mean of directions to the sun, found at random.
+    // Mean of random directions towards the sun.
     let toward = |emitter: &str| {
         let loaded = load(emitter);
         let Emitter::Environment(Environment::Disc(disc)) = &loaded.groups[0].emitters()[0] else {
@@ -328,7 +329,7 @@ fn grids_lie_in_the_box_of_their_file_or_in_their_own() {
          <volume type='gridvolume' id='s'><string name='filename' value='s.vol'/>
            <string name='placement' value='nodes'/><boolean name='use_grid_bbox' value='true'/></volume>",
     );
-    // The box comes before the transform.
+    // The box is applied before the transform.
     becomes(
         "<volume type='splinevolume' id='n'><string name='filename' value='n.vol'/>
            <point name='min' value='-1, -2, -3'/><point name='max' value='1, 2, 3'/>
@@ -372,7 +373,8 @@ fn films_of_the_fork() {
     assert_eq!(errors(some), [expected]);
 }
 
-/// What Mitsuba's own scene files have that means nothing here is ignored in scenes of any version.
+/// Parameters of Mitsuba's own scene files that have no meaning in morgana are ignored in scenes of
+/// any version.
 #[test]
 fn weights_of_emitters_and_opacity_are_ignored() {
     let (with, note) = read(
@@ -405,7 +407,8 @@ fn films_of_tristimulus_values_are_colours() {
     );
 }
 
-/// A spline through samples of a linear index is that index: at the nodes of the file's box, or of one given.
+/// A spline through samples of a linear index reproduces it, at the nodes of the file's box or of a
+/// given box.
 #[test]
 fn an_index_of_the_fork_is_where_it_was() {
     let folder = tempfile::tempdir().unwrap();
@@ -464,7 +467,8 @@ fn load(contents: &str) -> Result<morgana_io::Loaded, Diagnostics> {
     }
 }
 
-/// Colours encoded in sRGB, by hand: 0x88/255 = 0.5333 is 0.2462 linear (IEC 61966-2-1), 0.5 is 0.2140.
+/// Colours encoded in sRGB, by hand: 0x88/255 = 0.5333 is 0.2462 linear (IEC 61966-2-1), 0.5 is
+/// 0.2140.
 #[test]
 fn encoded_colours_become_linear() {
     for (value, expected) in [
@@ -598,7 +602,7 @@ fn images_of_older_textures() {
     );
 }
 
-/// Names of Mitsuba 0.6 have no meaning in scenes of version 3, and the other way round.
+/// Names of Mitsuba 0.6 are unknown in scenes of version 3, and vice versa.
 #[test]
 fn a_scene_has_one_dialect() {
     let mut diagnostics = Diagnostics::new();

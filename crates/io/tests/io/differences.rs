@@ -1,4 +1,5 @@
-//! The rows of `docs/mitsuba.md`: each is met by a scene, and not by one that is nearly the same.
+//! Rows of `docs/mitsuba.md`: for each, one scene that it applies to, and a nearly equal scene that
+//! it does not apply to.
 
 use morgana_io::{Difference, LoadOptions, Loaded};
 use std::collections::BTreeSet;
@@ -12,7 +13,7 @@ fn load_in(directory: &std::path::Path, text: &str) -> Loaded {
 /// Control points of a curve.
 const CURVES: &str = "-1.6 -0.9 0 0\n-1.4 -0.6 0 0.2\n-1.2 -0.4 0.1 0.2\n-0.5 0.8 0.4 0.3\n";
 
-/// A scene of parts, with a camera that meets no row of the table.
+/// A scene of parts, with a camera to which no row of the table applies.
 fn scene(parts: &str) -> String {
     format!(
         r#"{{"type": "scene", {parts}"sensor": {{"type": "perspective", "fov": 40, "to_world": [{{"translate": [0, 0, -5]}}],
@@ -35,7 +36,7 @@ fn camera(camera: &str) -> String {
 
 const SAMPLER: &str = r#""sampler": {"type": "independent", "sample_count": 4}"#;
 
-/// A closed mesh, wound inside out or not.
+/// A closed mesh, optionally wound inside out.
 fn tetrahedron(faces: &str) -> String {
     scene(&format!(
         r#""b": {{"type": "mesh", "face_normals": true, "faces": {faces},
@@ -44,14 +45,15 @@ fn tetrahedron(faces: &str) -> String {
     ))
 }
 
-/// Clear, with normals of vertices.
+/// Transparent, with vertex normals.
 const ROUND: &str = r#", "vertex_normals": [[-1, -1, -1], [1, 0, 0], [0, 1, 0], [0, 0, 1]], "g": {"type": "dielectric"}"#;
 
-/// The same, reflecting on both sides.
+/// Vertex normals, reflecting on both sides.
 const BOTH_SIDES: &str = r#", "vertex_normals": [[-1, -1, -1], [1, 0, 0], [0, 1, 0], [0, 0, 1]],
   "g": {"type": "twosided", "d": {"type": "diffuse"}}"#;
 
-/// For each row a scene that meets it, and one that is nearly the same and does not.
+/// Returns, for each row, a scene that it applies to and a nearly equal one that it does not apply
+/// to.
 fn examples() -> Vec<(&'static str, String, String)> {
     let fog = r#"{"type": "homogeneous", "sigma_t": 0.1}"#;
     let hull = |medium: &str| {

@@ -1,5 +1,5 @@
-//! Indices that depend on the wavelength: refraction at each wavelength against Snell's law, and channels with
-//! paths of their own. Statistical test: false-alarm rate 1e-3.
+//! Dispersion: refraction at each wavelength, compared with Snell's law, and channels with their
+//! own paths. Statistical test: false-alarm rate 1e-3.
 
 use glam::DVec3;
 use morgana_io::{LoadOptions, Loaded};
@@ -62,7 +62,7 @@ fn refused(film: &str, ior: &str, expected: &[&str]) {
     }
 }
 
-/// By how much a parallel ray at distance b from the middle turns towards it.
+/// Angle by which a parallel ray at distance b from the middle turns towards it.
 fn deflection(scene: &Scene, b: f64) -> f64 {
     let tracer = AovTracer::default();
     let mut ws = Workspace::new(scene.tolerance());
@@ -76,7 +76,7 @@ fn deflection(scene: &Scene, b: f64) -> f64 {
     of("exit.direction.X").atan2(of("exit.direction.Z"))
 }
 
-/// Through a ball of index n a ray at distance b turns by 2 (arcsin(b/n) − arcsin b).
+/// A ball of index n turns a ray at distance b by 2 (arcsin(b/n) − arcsin b).
 fn snell(b: f64, n: f64) -> f64 {
     2.0 * ((b / n).asin() - b.asin())
 }
@@ -117,7 +117,7 @@ fn a_nested_volume_gives_the_index_at_the_reference_wavelength() {
     check_ball(ior, &[at(400.0), at(500.0), at(800.0)], 1e-9);
 }
 
-/// Within a graded medium the factor changes no ray, but every optical length.
+/// In a graded medium the factor changes no ray, but every optical length.
 #[test]
 fn a_graded_index_is_scaled() {
     let ior = r#"<volume name="ior" type="sellmeier">"#.to_owned()
@@ -142,8 +142,8 @@ fn shoot(loaded: &Loaded) -> Rendering {
 const WEAK: &str = r#"<volume name="ior" type="cauchy"><float name="a" value="1.5"/>
     <float name="b" value="0.004"/></volume>"#;
 
-/// The first channel is the render of a film of that wavelength, bit for bit; the others have paths of their
-/// own, so that their errors are independent of it.
+/// The first channel is bit-identical to the render of a film of that wavelength. The others have
+/// their own paths, so that their errors are independent.
 #[test]
 fn channels_have_paths_of_their_own() {
     let both = shoot(&loaded(&film("450, 450.001"), WEAK)).film;
@@ -151,8 +151,8 @@ fn channels_have_paths_of_their_own() {
     let (both, one) = ((both.mean(), both.variance()), one.mean());
     let first: Vec<f32> = both.0.iter().step_by(2).copied().collect();
     assert_eq!(first, one);
-    // Channels of all but equal index: differences are those of independent estimates. With shared paths the
-    // variance of the difference would be next to none.
+    // Channels have nearly equal indices and behave as independent estimates. With shared paths the
+    // variance of the difference would nearly vanish.
     let z = |i: usize| {
         let (mean, variance) = (&both.0[2 * i..2 * i + 2], &both.1[2 * i..2 * i + 2]);
         let error = f64::from(variance[0] + variance[1]).sqrt();
@@ -197,7 +197,8 @@ fn mistakes_are_named() {
     refused(&film("500"), &alone, &["no nested volume"]);
 }
 
-/// K of air follows the channel: at 400 and 800 nm it is that of the volume's own 'wavelength'.
+/// K of air follows the channel: at 400 and 800 nm it has the value for the volume's own
+/// 'wavelength'.
 #[test]
 fn gladstone_dale_follows_the_channel() {
     let directory = tempfile::tempdir().unwrap();

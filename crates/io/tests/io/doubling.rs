@@ -1,23 +1,25 @@
-//! References that double at each level: sixty levels stand for 10¹⁸ objects. They are refused at once.
+//! References that double at each level: sixty levels stand for 10¹⁸ objects. Such scenes are
+//! refused at once.
 
 use morgana_io::{Diagnostics, LoadOptions, json, xml};
 use std::fmt::Write;
 use std::time::{Duration, Instant};
 
-/// Far less than what 2⁶⁰ of anything takes, and far more than what reading sixty objects does.
+/// Time limit: far less than 2⁶⁰ operations of any kind take, and far more than reading sixty
+/// objects takes.
 const LIMIT: Duration = Duration::from_secs(5);
 
-/// Objects of a kind, each but the first with two references to the one before.
+/// A chain of objects of a kind. Each, except the first, has two references to the previous one.
 struct Chain {
     tag: &'static str,
-    /// The first one, as type and parameters in XML and in JSON.
+    /// The first object, as type and parameters in XML and in JSON.
     leaf: [&'static str; 2],
-    /// The type of the others, and what they need besides, in XML and in JSON.
+    /// Type of the other objects, and their further content, in XML and in JSON.
     node: &'static str,
     needs: [&'static str; 2],
     /// Roles of the two references.
     roles: [&'static str; 2],
-    /// What uses the last one, in the place of `$`, in XML and in JSON.
+    /// The object that uses the last one, in the place of `$`, in XML and in JSON.
     user: [&'static str; 2],
 }
 
@@ -119,7 +121,7 @@ const CHAINS: [Chain; 8] = [
 ];
 
 impl Chain {
-    /// A scene of so many levels in XML.
+    /// Returns a scene of `levels` levels in XML.
     fn xml(&self, levels: usize) -> String {
         let Chain { tag, node, .. } = self;
         let mut text = format!(
@@ -138,7 +140,7 @@ impl Chain {
             + "<sensor type='perspective'><float name='fov' value='30'/><transform name='to_world'><translate z='-5'/></transform></sensor><emitter type='constant'/></scene>"
     }
 
-    /// A scene of so many levels in JSON.
+    /// Returns a scene of `levels` levels in JSON.
     fn json(&self, levels: usize) -> String {
         let Chain { node, .. } = self;
         let mut text = format!(
@@ -162,7 +164,7 @@ impl Chain {
     }
 }
 
-/// The messages about a scene in XML and in JSON; none if it can be rendered.
+/// Returns the messages about a scene in XML and in JSON; `None` if it can be rendered.
 fn messages(chain: &Chain, levels: usize) -> [Option<String>; 2] {
     [true, false].map(|is_xml| {
         let mut diagnostics = Diagnostics::new();
@@ -197,7 +199,7 @@ fn sixty_levels_are_refused_at_once() {
     assert!(start.elapsed() < LIMIT, "{:?}", start.elapsed());
 }
 
-/// A few levels are what they say; only groups hold no groups.
+/// A few levels are accepted, except groups within groups.
 #[test]
 fn ten_levels_are_what_they_stand_for() {
     for chain in CHAINS.iter().filter(|c| c.tag != "shape") {
@@ -206,7 +208,7 @@ fn ten_levels_are_what_they_stand_for() {
     }
 }
 
-/// What many shapes share is no repetition within one object.
+/// An object shared by many shapes is not a repetition within one object.
 #[test]
 fn thousands_of_shapes_share_a_surface() {
     let start = Instant::now();
@@ -221,7 +223,8 @@ fn thousands_of_shapes_share_a_surface() {
     assert!(start.elapsed() < LIMIT, "{:?}", start.elapsed());
 }
 
-/// Instances are copies: groups and instances, each in proportion to a file, multiply.
+/// Instances are copies: the numbers of groups and instances multiply, although each is
+/// proportional to the file.
 #[test]
 fn too_many_copies_are_refused_before_they_are_made() {
     let start = Instant::now();

@@ -1,9 +1,9 @@
-//! Scenes that can be rendered and are probably not what was meant: media that no light can enter, numbers taken for
-//! an index, grids that end inside of their shapes.
+//! Warnings for valid scenes that are probably mistakes: media that no light can enter, numbers
+//! mistaken for an index, grids that end inside their shapes.
 
 use morgana_io::{Diagnostics, LoadOptions, json};
 
-/// The warnings of a scene of parts, and the errors if it cannot be used.
+/// Returns the warnings of a scene of parts, or its errors if it is invalid.
 fn warnings(parts: &str) -> String {
     let text = format!(
         r#"{{"type": "scene", {parts}, "sensor": {{"type": "perspective", "fov": 40, "to_world": [{{"translate": [0, 0, -5]}}]}}}}"#
@@ -44,7 +44,7 @@ fn media_behind_opaque_hulls() {
     ] {
         assert!(text.contains(part), "{part} in:\n{text}");
     }
-    // Whatever lets some of the light pass is a way in.
+    // Any surface that transmits some light is a way in.
     entered(&ball(r#""bsdf": {"type": "conductor"},"#, ""), false);
     entered(&ball(r#""bsdf": {"type": "null"},"#, ""), true);
     entered(&ball(r#""bsdf": {"type": "dielectric"},"#, ""), true);
@@ -75,7 +75,7 @@ fn media_behind_opaque_hulls() {
     };
     entered(&hull(true), true);
     entered(&hull(false), false);
-    // A sensor inside is there to see something.
+    // A sensor inside is assumed to see something.
     entered(
         &format!(
             r#"{SKY}, "ball": {{"type": "sphere", "radius": 6, "flip_normals": true, {FOG}}}"#
@@ -97,7 +97,7 @@ fn media_within_media() {
     entered(&shells("diffuse", "null"), false);
 }
 
-/// A ball of a medium with an index from samples on a grid in a box around it.
+/// A ball of a medium with a sampled index, in a box around it.
 fn graded(kind: &str, samples: &str, more: &str, half: f64) -> String {
     let grid = format!(
         r#"{{"type": "{kind}", "placement": "nodes", "data": {samples}{more}, "to_world": [{{"translate": [-0.5, -0.5, -0.5]}}, {{"scale": {}}}]}}"#,
@@ -109,7 +109,7 @@ fn graded(kind: &str, samples: &str, more: &str, half: f64) -> String {
     ))
 }
 
-/// Two values in turn, on 4 × 4 × 4 nodes.
+/// Two values, alternating, on 4 × 4 × 4 nodes.
 fn samples(a: f64, b: f64) -> String {
     let row = format!("[{a}, {b}, {a}, {b}]");
     let plane = format!("[{row}, {row}, {row}, {row}]");
@@ -140,7 +140,7 @@ fn densities_taken_for_an_index() {
     }
     assert!(!looks(1.0, 1.0003, "").contains("look like"));
     assert!(!looks(1.33, 1.5, "").contains("look like"));
-    // Turned into an index, contrasts are what they should be.
+    // Converted to an index, contrasts are right.
     let turned = looks(2e-4, 3e-4, r#", "offset": 1"#);
     assert!(!turned.contains("look like"), "{turned}");
 }
@@ -188,7 +188,7 @@ fn tables_that_end_inside_of_their_shapes() {
     for whole in ["r", "rho"] {
         assert!(!ends(table(whole, "0, 1.5, 1, 1.4", "")));
         assert!(ends(table(whole, "0, 1.5, 0.9, 1.4", "")));
-        // Of a scaled table.
+        // Tests a scaled table.
         let scaled =
             r#", "to_world": [{"scale": 1.2}, {"rotate": {"axis": [1, 0, 0], "angle": 90}}]"#;
         assert!(!ends(table(whole, "0, 1.5, 0.9, 1.4", scaled)));
@@ -210,7 +210,7 @@ fn grids_that_end_inside_of_their_shapes() {
         text.contains("the grid of the index ends inside of 'ball'"),
         "{text}"
     );
-    // Roundings of a file do not matter.
+    // Rounding in a file has no effect.
     assert!(!index(1.0).contains("ends inside") && !index(1.0 - 1e-6).contains("ends inside"));
     let extinction = |half: f64| {
         warnings(&format!(
@@ -243,7 +243,7 @@ fn what_nothing_refers_to_is_not_read() {
     assert!(text.contains(expected), "{text}");
 }
 
-/// Air and a vacuum around two pieces of glass are one medium; water is not.
+/// Air and vacuum around two pieces of glass count as one medium; water does not.
 #[test]
 fn indices_around_dielectrics_agree_to_that_of_air() {
     let glass = |x: f64, outside: &str| {

@@ -1,8 +1,8 @@
-//! Scenes at the edges of what plugins take.
+//! Scenes at the limits of what plugins accept.
 
 use morgana_io::{LoadOptions, Loaded, Run};
 
-/// A scene of 4 × 4 pixels under a sky of 1, with what is given.
+/// A scene of 4 × 4 pixels under a sky of radiance 1, with given contents.
 fn load(version: &str, film: &str, contents: &str) -> Result<Loaded, String> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("scene.xml");
@@ -36,7 +36,8 @@ fn fog(medium: &str, extinction: &str) -> Vec<f32> {
     Run::new(&loaded).render().unwrap().film.mean()
 }
 
-/// In Mitsuba, too, only those of `heterogeneous` end at the cube of the volume, here from 0 to 1 along each axis.
+/// Constant volumes fill homogeneous media. Only in `heterogeneous` media do they end at the cube
+/// of the volume, here from 0 to 1 along each axis, as in Mitsuba.
 #[test]
 fn constant_volumes_fill_homogeneous_media() {
     let number = r#"<float name="sigma_t" value="1"/>"#;
@@ -62,7 +63,7 @@ fn integrators_that_speed_others_up_are_those() {
     );
 }
 
-/// Plugins that Mitsuba alone has are named with what serves in their place.
+/// Plugins that only Mitsuba has are reported with a replacement.
 #[test]
 fn missing_plugins_name_a_substitute() {
     let message = load("3.0.0", "", r#"<integrator type="depth"/>"#).unwrap_err();
@@ -120,7 +121,7 @@ fn factors_of_textures_count_channel_by_channel() {
     let luminance = r#"<string name="pixel_format" value="luminance"/>"#;
     let message = load("3.0.0", luminance, &ball(&scaled("1, 0, 0", "1, 0, 0"))).unwrap_err();
     assert!(message.contains("a colour cannot scale"), "{message}");
-    // As many evaluations as there are textures.
+    // The number of evaluations is the number of textures.
     let mut texture = String::from(r#"<rgb name="value" value="0.5"/>"#);
     for k in 0..30 {
         let role = if k == 29 { "name=\"reflectance\"" } else { "" };

@@ -1,4 +1,4 @@
-//! The power that media emit, against closed forms: 4π·emission·σ_a·V where the index is 1.
+//! Power emitted by media, compared with closed forms: 4π·emission·σ_a·V where the index is 1.
 
 use morgana_io::LoadOptions;
 use std::f64::consts::PI;
@@ -10,7 +10,8 @@ const SIGMA_A: f64 = 0.7;
 const MEDIUM: &str = r#""type": "homogeneous", "sigma_a": 0.7, "sigma_s": 0.1, "emission": 2.0"#;
 const NULL: &str = r#""bsdf": {"type": "null"}"#;
 
-/// Volume in which a medium of [`SIGMA_A`] and emission 2 would emit as much as a scene of these parts, and its standard error.
+/// Returns the volume of a medium of [`SIGMA_A`] and emission 2 that would emit as much as a scene
+/// of these parts, and its standard error.
 fn volume(parts: &str) -> [f64; 2] {
     let text = format!(
         r#"{{"type": "scene", "integrator": {{"type": "particle"}}, {parts},
@@ -95,7 +96,7 @@ fn simple_regions_emit_exactly() {
     }
 }
 
-/// Two balls that overlap: a lens of both is counted once.
+/// Two overlapping balls: their common lens counts once.
 #[test]
 fn overlapping_regions_are_estimated_within_their_error() {
     let medium = format!(r#"{{{MEDIUM}, "id": "hot"}}"#);

@@ -1,4 +1,4 @@
-//! Scenes written as XML of Mitsuba 3, and what they use beside it.
+//! Export of scenes to XML of Mitsuba 3, and the files beside it.
 
 use crate::common;
 use morgana_io::features::{Features, missing};
@@ -41,7 +41,8 @@ fn every_example_scene_survives_the_round_trip() {
     assert!(count >= 9);
 }
 
-/// Values of all types, references, roles, texts with marks, objects in several places.
+/// Tests values of all types, references, roles, texts with special characters, and objects in
+/// several places.
 #[test]
 fn a_scene_of_everything_survives_the_round_trip() {
     let text = r##"<scene version="3.0.0">
@@ -63,7 +64,7 @@ fn a_scene_of_everything_survives_the_round_trip() {
     assert_eq!(json::write(&again), json::write(&scene));
 }
 
-/// Scenes of Mitsuba 0.6 and dictionaries become scenes of Mitsuba 3 that say the same.
+/// Scenes of Mitsuba 0.6 and dictionaries become equivalent scenes of Mitsuba 3.
 #[test]
 fn other_forms_become_mitsuba_3() {
     let mut diagnostics = Diagnostics::new();
@@ -79,7 +80,7 @@ fn other_forms_become_mitsuba_3() {
     let dictionary = r#"{"type": "scene", "ball": {"type": "sphere", "radius": 2, "bsdf": {"type": "diffuse", "reflectance": 1}}}"#;
     let scene = json::parse(dictionary, "scene.json", &[], &mut diagnostics).unwrap();
     let text = written(&scene);
-    // Mitsuba takes no whole numbers for real ones.
+    // Mitsuba accepts no integers for real numbers.
     assert!(
         text.contains("<float name=\"radius\" value=\"2\"/>"),
         "{text}"
@@ -103,7 +104,7 @@ fn what_xml_cannot_hold_is_refused() {
     );
 }
 
-/// Neither language has an escape for `$`, and XML none for control characters.
+/// Neither language can escape `$`, and XML has no control characters.
 #[test]
 fn texts_that_would_be_read_otherwise_are_refused() {
     let folder = tempfile::tempdir().unwrap();
@@ -207,7 +208,7 @@ fn features_tell_what_mitsuba_lacks() {
     );
 }
 
-/// Mitsuba knows extinction and albedo only.
+/// Mitsuba accepts only extinction and albedo.
 #[test]
 fn scattering_and_absorption_become_extinction_and_albedo() {
     let scene = parsed(

@@ -1,4 +1,4 @@
-//! Films of scene files that tell light apart: what is read, and what is refused.
+//! Films of scene files that separate light: accepted and refused parameters.
 
 use morgana_io::{LoadOptions, Loaded, Run};
 use std::fs;
@@ -92,7 +92,7 @@ fn a_film_without_lights_has_none_to_tell_apart() {
     assert_eq!(Run::new(&loaded).render().unwrap().film.summary().0, 0.0);
 }
 
-/// A tenth does not have a finite binary expansion; thirty of them fill 3 all the same.
+/// A tenth has no finite binary expansion; thirty of them still fill 3.
 #[test]
 fn decimal_widths_divide() {
     let film = by("length") + &bounds("0", "3", "0.1");

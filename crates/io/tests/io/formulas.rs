@@ -1,4 +1,5 @@
-//! Indices by formula and by table in scene files: the fields that they make, and where messages point.
+//! Indices by formula and by table in scene files: the resulting fields, and the positions of
+//! messages.
 
 use glam::DVec3;
 use morgana_io::{Diagnostics, LoadOptions, assemble_field, json, xml};
@@ -18,7 +19,7 @@ fn field(volume: &str, overrides: &[(&str, &str)]) -> Result<eikonal::Field, Str
     made.map(|made| made.field).map_err(|d| d.to_string())
 }
 
-/// The same, in JSON.
+/// Returns the field that a volume describes, in JSON.
 fn of_json(volume: &serde_json::Value) -> Result<eikonal::Field, String> {
     let text = serde_json::json!({"type": "scene", "ior": volume}).to_string();
     let mut diagnostics = Diagnostics::new();
@@ -42,7 +43,7 @@ fn formulas_take_numbers_from_parameters() {
     assert!((field(text, &[]).unwrap().n(X) - bump(X)).abs() < 1e-15);
     let wide = field(text, &[("width", "3")]).unwrap().n(X);
     assert!((wide - 1.33 - 0.02 * (-X.length_squared() / 18.0).exp()).abs() < 1e-15);
-    // Whole numbers, and parameters inside of the formula.
+    // Tests integers, and parameters within the formula.
     let text = r#"<default name="order" value="2"/>
 <volume type="expression"><string name="n2" value="m + x^$order"/><integer name="m" value="2"/>
 <transform name="to_world"><translate x="0.1"/></transform></volume>"#;
@@ -76,13 +77,13 @@ fn tables_come_from_texts_arrays_and_files() {
         1.4
     );
     assert_eq!(profile(("filename", path.to_str().unwrap().into())), 1.4);
-    // Heights above a ball of radius 10, in the distance from its centre.
+    // Heights above a ball of radius 10, over the distance from its centre.
     let text = r#"<volume type="profile"><string name="coordinate" value="r"/><float name="shift" value="10"/>
 <string name="table" value="0, 1.5, 0.5, 1.4, 1, 1.35, 2, 1.3"/></volume>"#;
     assert!((field(text, &[]).unwrap().n(DVec3::Y * 10.5) - 1.4).abs() < 1e-14);
 }
 
-/// The first message of a volume, without its empty lines.
+/// Returns the first message of a volume, without empty lines.
 #[track_caller]
 fn message(volume: &str) -> String {
     let all = field(volume, &[]).unwrap_err();
@@ -120,7 +121,7 @@ fn messages_point_into_the_formula() {
     2 | <volume type="expression"><string name="n" value="1.3 + (x"/><float name="width" value="2"/></volume>
       |                                                           ^
     "#);
-    // Written otherwise than it reads.
+    // The text in the file is encoded differently from its value.
     insta::assert_snapshot!(expression("1.3 &#43; q*width"), @r#"
     error: the formula knows no 'q' (character 7 of 'n')
      --> scene.xml:2:51
@@ -197,7 +198,7 @@ fn what_is_missing_or_too_much_is_said() {
     }
 }
 
-/// Where n² is not positive or not finite inside of a medium, the scene is refused with the place.
+/// If n² is not positive or not finite inside a medium, the scene is refused with the position.
 #[test]
 fn media_need_positive_indices() {
     let directory = tempfile::tempdir().unwrap();
@@ -229,7 +230,7 @@ fn media_need_positive_indices() {
     }
 }
 
-/// The formulas and tables of the manual make fields.
+/// The formulas and tables of the manual are valid fields.
 #[test]
 fn the_manual_is_right() {
     let manual = include_str!("../../../../docs/scene-format.md");
@@ -245,8 +246,8 @@ fn the_manual_is_right() {
     assert_eq!(made.count(), 5);
 }
 
-/// Under the ground of a planet the formula of an atmosphere has no finite value, nor need it have one; without the ground
-/// it must.
+/// Below the ground of a planet, the formula of an atmosphere has no finite value, which is
+/// allowed; without the ground it must have one.
 #[test]
 fn indices_need_make_sense_only_where_light_is() {
     let directory = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Meshes from glTF files, which trimesh wrote (`data/meshes/make_gltf.py`).
+//! Meshes from glTF files written by trimesh (`data/meshes/make_gltf.py`).
 
 use crate::common;
 use glam::DVec3;
@@ -22,7 +22,8 @@ fn parse(text: &str) -> Result<MeshData, Problem> {
     gltf::parse(text.as_bytes(), |_| Ok(BUFFER.to_vec()), Limits::default())
 }
 
-/// Six times the volume that a closed mesh encloses: positive if it is wound counter-clockwise from outside.
+/// Six times the volume of a closed mesh, positive if it is wound counter-clockwise seen from
+/// outside.
 fn volume(mesh: &MeshData) -> f64 {
     let x = |i: u32| mesh.positions[i as usize];
     let each = |[a, b, c]: &[u32; 3]| x(*a).dot(x(*b).cross(x(*c)));
@@ -35,7 +36,8 @@ fn nodes_are_put_in_their_places() {
     assert_eq!(mesh.positions.len(), 16);
     assert_eq!(mesh.triangles.len(), 24);
     assert_eq!(mesh.uvs, None);
-    // The second is the first, mirrored, half as large, and moved; both are wound as seen from outside.
+    // The second mesh is the first one mirrored, half as large, and moved; both are wound as seen
+    // from outside.
     let (first, second) = mesh.positions.split_at(8);
     let half = DVec3::new(-0.5, 0.5, 0.5);
     for (a, b) in first.iter().zip(second) {
@@ -70,7 +72,7 @@ fn text_is_the_same_with_buffers_in_a_file_or_embedded() {
     assert_eq!(found.unwrap(), binary);
 }
 
-/// Three triangles, of which only the middle one has texture coordinates and a normal.
+/// Three triangles; only the middle one has texture coordinates and a normal.
 fn three_parts() -> (String, Vec<u8>) {
     let corners = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
     let normals = [0.0, 0.0, 1.0].repeat(3);
@@ -176,7 +178,7 @@ fn files_that_are_refused() {
 proptest! {
     #![proptest_config(common::inputs())]
 
-    /// Whatever is wrong with a file, reading it ends, with a mesh or with an error.
+    /// Reading a damaged file always ends, with a mesh or an error.
     #[test]
     fn damaged_files_do_no_harm(at in 0..BINARY.len(), byte: u8, end in 0..BINARY.len()) {
         let mut bytes = BINARY.to_vec();

@@ -1,4 +1,4 @@
-//! Grids of the index whose samples were rounded: warnings that say what it means, and what helps.
+//! Grids of the index with rounded samples: warnings that state the effect and a remedy.
 
 use morgana_io::volume::{Volume, write};
 use morgana_io::{LoadOptions, Loaded};
@@ -64,7 +64,8 @@ fn rounded_samples_draw_a_warning_with_figures() {
             "{name}: {warnings}"
         );
     };
-    // 3.4e-8 of rounding, times 1.18 per 0.25 km, of gradients whose root mean square is 7.6e-6 per km.
+    // Rounding of 3.4e-8, times 1.18 per 0.25 km, of gradients whose root mean square is 7.6e-6 per
+    // km.
     let single = [
         "rounded to float32",
         "makes up 1.",
@@ -89,7 +90,7 @@ fn rounded_samples_draw_a_warning_with_figures() {
     );
 }
 
-/// Gradients by `smoothing`, given or by itself, are closer to those of the contrasts.
+/// Gradients with `smoothing`, given or automatic, are closer to those from contrasts.
 #[test]
 fn smoothing_mends_gradients() {
     let folder = tempfile::tempdir().unwrap();

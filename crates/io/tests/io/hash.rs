@@ -1,4 +1,4 @@
-//! The fingerprint of a scene.
+//! The hash of a scene.
 
 use crate::common::read;
 use morgana_io::scene::SceneHash;
@@ -105,7 +105,7 @@ fn a_data_file_that_is_gone_is_an_error() {
 
 #[test]
 fn shared_objects_are_hashed_once() {
-    // Written out, this would be 2^60 media, which are made once each and therefore allowed.
+    // Expanded, the scene has 2^60 media. It is allowed, because each shared medium is made once.
     let mut text = "<medium type='x' id='b0'/>".to_owned();
     for i in 1..60 {
         let below = i - 1;

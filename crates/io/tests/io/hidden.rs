@@ -1,11 +1,11 @@
-//! `hide_emitters`: light that comes straight from emitters is left out, by every estimator alike.
+//! `hide_emitters` omits light that comes directly from emitters, for every estimator.
 //!
 //! False-alarm rate: 1e-3 for the comparison of estimators.
 
 use morgana_io::{LoadOptions, Run};
 use testkit::z_test::max_abs_z;
 
-/// A sky, a ball under it, and an area light in view, on the way.
+/// A sky, a ball under it, and a visible area light.
 const SCENE: &str = r#"<scene version="3.0.0"><default name="hide" value="true"/>
 <integrator type="path"><boolean name="hide_emitters" value="$hide"/></integrator>
 <sensor type="perspective"><film type="hdrfilm"><integer name="width" value="6"/><integer name="height" value="4"/>
@@ -37,12 +37,12 @@ fn rendered(integrator: &str, hide: &str, spp: u64) -> Vec<[f64; 2]> {
 #[test]
 fn pixels_that_see_the_sky_alone_are_black() {
     let [shown, hidden] = ["false", "true"].map(|hide| rendered("path", hide, 64));
-    // The lower corners see nothing else.
+    // The lower corners see only the sky.
     for corner in [18, 23] {
         assert!((shown[corner][0] - 0.5).abs() < 1e-6);
         assert_eq!(hidden[corner][0], 0.0);
     }
-    // A pixel in the middle of the ball sees reflected light alone.
+    // A pixel in the middle of the ball sees only reflected light.
     let ([a, va], [b, vb]) = (shown[14], hidden[14]);
     assert!(
         a > 0.1 && (a - b).abs() < 5.0 * (va + vb).sqrt(),

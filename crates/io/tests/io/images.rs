@@ -1,4 +1,4 @@
-//! Images: round trips and what must be refused.
+//! Images: round trips and refused files.
 
 use morgana_io::image::tone::Tone;
 use morgana_io::image::{ImageLayers, Layer, RgbImage, exr, npy, png};
@@ -57,7 +57,8 @@ fn the_same_image_gives_the_same_bytes() {
     assert!((0..10).all(|_| exr::encode(&sample()).unwrap() == first));
 }
 
-/// Files are written piece by piece and their headers sorted afterwards, in memory at once.
+/// Writing piece by piece, with the headers sorted afterwards, gives the bytes of writing in
+/// memory.
 #[test]
 fn a_file_is_the_same_as_its_bytes_in_memory() {
     let folder = tempfile::tempdir().unwrap();
@@ -124,7 +125,8 @@ fn images_that_cannot_be_written() {
     );
 }
 
-/// Eight damaged bytes anywhere in a file never lead to a message of the system about an invalid argument.
+/// Eight damaged bytes anywhere in a file never cause a message of the system about an invalid
+/// argument.
 #[test]
 fn damaged_exr_files() {
     let folder = tempfile::tempdir().unwrap();
@@ -234,7 +236,7 @@ fn exposure_counts_in_stops() {
         png::decode(&bytes).unwrap(),
         png::decode(&unchanged).unwrap()
     );
-    // The file says what was done to it.
+    // The file records how it was processed.
     let texts = |bytes: &[u8]| {
         let reader = ::png::Decoder::new(std::io::Cursor::new(bytes)).read_info();
         let info = reader.unwrap().info().utf8_text.clone();
@@ -326,7 +328,7 @@ fn environment_maps_are_colours_or_grey_and_finite() {
     );
 }
 
-/// What other programs read besides the channels.
+/// Metadata for other programs, besides the channels.
 #[test]
 fn an_exr_file_states_its_colours_and_its_program() {
     use ::exr::meta::MetaData;
@@ -357,7 +359,7 @@ fn an_exr_file_states_its_colours_and_its_program() {
     );
 }
 
-/// Layers of a JPEG file are its colours; TIFF is refused with what to do.
+/// Layers of a JPEG file are its colours. TIFF is refused with advice.
 #[test]
 fn jpeg_is_read_as_layers() {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -385,8 +387,8 @@ fn jpeg_is_read_as_layers() {
     );
 }
 
-/// `data/images/two_colours.jpg` was written by Mitsuba 3.9.1 at quality 100: (200, 100, 50) on the left, (20, 40, 240)
-/// on the right, which is what JPEG makes of it within some steps of 255.
+/// Mitsuba 3.9.1 wrote `data/images/two_colours.jpg` at quality 100: (200, 100, 50) on the left,
+/// (20, 40, 240) on the right. JPEG keeps these to within a few steps of 255.
 #[test]
 fn jpeg_files_are_srgb() {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -414,7 +416,7 @@ fn floats(values: &[f32], bytes: fn(f32) -> [u8; 4]) -> Vec<u8> {
     values.iter().flat_map(|v| bytes(*v)).collect()
 }
 
-/// Four pixels of 24 bits from the last row on, in the order blue, green, red.
+/// Four pixels of 24 bits, last row first, in the order blue, green, red.
 const LAST_ROW_FIRST: [u8; 12] = [1, 2, 30, 40, 50, 60, 70, 80, 90, 100, 110, 120];
 
 fn bmp() -> Vec<u8> {
@@ -435,7 +437,8 @@ fn tga() -> Vec<u8> {
     bytes
 }
 
-/// As `mi.Bitmap` of Mitsuba 3.9.1 shows the same bytes, made linear; the `.tga` file has the pixels of the `.bmp` file.
+/// Values agree with `mi.Bitmap` of Mitsuba 3.9.1 for these bytes, made linear. The `.tga` file has
+/// the pixels of the `.bmp` file.
 #[test]
 fn formats_are_read_as_mitsuba_does() {
     let mut hdr = b"#?RGBE\nFORMAT=32-bit_rle_rgbe\nEXPOSURE=2\n\n-Y 2 +X 2\n".to_vec();
@@ -490,7 +493,7 @@ fn formats_are_read_as_mitsuba_does() {
                 );
             }
         }
-        // Without its end.
+        // Cut off the end of the file.
         std::fs::write(&path, &bytes[..bytes.len() - 3]).unwrap();
         let error = RgbImage::read(&path).unwrap_err().to_string();
         assert!(error.contains(name), "{error}");

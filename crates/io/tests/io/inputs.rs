@@ -1,4 +1,4 @@
-//! What has no end, and what may never begin, is refused at once.
+//! Inputs without an end, and inputs that may never begin, are refused at once.
 #![cfg(unix)]
 
 use morgana_io::image::{ImageLayers, RgbImage};
@@ -12,7 +12,7 @@ use std::os::unix::net::UnixListener;
 use std::path::Path;
 use std::process::Command;
 
-/// What each reader says of a file.
+/// Returns the message of each reader for a file.
 fn refusals(folder: &Path, target: &Path) -> Vec<(String, String)> {
     let link = |name: &str| {
         let path = folder.join(name);
@@ -99,11 +99,11 @@ fn a_file_is_read_as_it_was_when_it_was_opened() {
     std::fs::write(&path, b"four").unwrap();
     assert_eq!(open(&path).unwrap().1, 4);
     assert_eq!(read(&path).unwrap(), b"four");
-    // Made as it is read, of a size that nobody knows.
+    // The system generates this file on reading, without a known size.
     assert_eq!(read(Path::new("/proc/self/status")).unwrap(), b"");
 }
 
-/// What a clone without Git LFS holds in place of large files, whatever should read it.
+/// A pointer of Git LFS in place of a large file is reported by every reader.
 #[test]
 fn pointers_of_git_lfs_are_named() {
     let pointer = "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n";

@@ -1,4 +1,4 @@
-//! Integrators of scene files: names, parameters, and what they warn of.
+//! Integrators of scene files: names, parameters, and warnings.
 
 use morgana_io::{LoadOptions, Loaded};
 use std::fs;
@@ -19,7 +19,7 @@ const METAL: &str = r#"<shape type="sphere" id="metal"><bsdf type="conductor"/><
 fn load(body: &str, integrator: Option<&str>) -> Result<Loaded, String> {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("scene.xml");
-    // What is given begins on line 4.
+    // The given contents begin on line 4.
     let text = format!("<scene version=\"3.0.0\">{CAMERA}\n{body}</scene>");
     fs::write(&path, text).unwrap();
     let options = LoadOptions {
@@ -34,7 +34,7 @@ fn accepted(body: &str, integrator: Option<&str>) -> Loaded {
 }
 
 #[track_caller]
-/// The estimator of a scene that is a picture of light.
+/// Returns the estimator of a scene that renders light.
 fn light(loaded: &Loaded) -> Integrator {
     *loaded.renderer.integrator().unwrap()
 }
@@ -50,12 +50,12 @@ fn integrator(kind: &str, parameters: &str) -> String {
     format!("<integrator type=\"{kind}\">{parameters}</integrator>{SKY}")
 }
 
-/// Names of the estimators among which a pilot chooses.
+/// Returns the names of the estimators among which a pilot chooses.
 fn candidates(loaded: &Loaded) -> Vec<&'static str> {
     loaded.candidates.iter().map(Integrator::name).collect()
 }
 
-/// Those that miss light are no candidates, unless all do.
+/// Estimators that miss light are no candidates, unless all do.
 #[test]
 fn auto_chooses_among_those_that_find_all_light() {
     let auto = r#"<integrator type="auto"><integer name="max_depth" value="7"/></integrator>"#;
@@ -76,7 +76,7 @@ fn auto_chooses_among_those_that_find_all_light() {
     }
     let loaded = of(&[SKY, auto]);
     assert!(loaded.candidates.iter().all(|i| i.depths().0 == Some(7)));
-    // A name leaves nothing to choose, and the caller's is the one that counts.
+    // A named integrator leaves no choice, and the caller's name takes precedence.
     assert!(candidates(&accepted(SKY, Some("path"))).is_empty());
     let path = integrator("path", "");
     assert!(candidates(&accepted(&path, None)).is_empty());
@@ -85,7 +85,8 @@ fn auto_chooses_among_those_that_find_all_light() {
     assert_eq!(named.candidates.len(), 3);
 }
 
-/// Where no sampler is named, samples are spread evenly if there are enough to tell the error.
+/// Samples are distributed evenly if no sampler is named and there are enough of them to estimate
+/// the error.
 #[test]
 fn many_samples_are_spread_evenly() {
     let of = |body: &str, samples| {
@@ -314,7 +315,7 @@ fn mistakes_have_places_and_help() {
         Some("bdtp"),
         &["unknown integrator 'bdtp'", "did you mean 'bdpt'?"],
     );
-    // All that there are, each once.
+    // The message lists all known types, each once.
     refused(
         &integrator("metropolis", ""),
         None,
@@ -344,7 +345,7 @@ fn mistakes_have_places_and_help() {
     );
 }
 
-/// The warnings of a scene with an integrator of the given number of reflections.
+/// Returns the warnings of a scene with an integrator of a given number of reflections.
 fn warnings(kind: &str, reflections: u32, things: &str) -> String {
     let parameters = format!("<integer name=\"reflections\" value=\"{reflections}\"/>");
     let integrator = format!("<integrator type=\"{kind}\">{parameters}</integrator>");
@@ -416,7 +417,7 @@ fn aovs_are_chosen_by_name() {
     let loaded = accepted(&aovs("steps, deflection"), None);
     let expected = ["valid", "deflection.X", "deflection.Y", "steps"];
     assert_eq!(loaded.channel_names, expected);
-    // No light is needed, and one wavelength will do.
+    // No light is needed, and one wavelength is enough.
     let loaded = accepted("", Some("aov"));
     assert!(loaded.warnings.is_empty(), "{}", loaded.warnings);
     assert_eq!(loaded.channel_names.len(), 16);

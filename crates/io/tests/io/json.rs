@@ -1,4 +1,5 @@
-//! Scenes in JSON: the same as those in XML, by their hashes; values, references, parameters; JSON Schema.
+//! Scenes in JSON: equality with scenes in XML, by their hashes; values, references, parameters;
+//! JSON Schema.
 
 use crate::common;
 use morgana_io::scene::{SceneHash, Value};
@@ -61,7 +62,7 @@ fn every_example_scene_survives_the_round_trip() {
     }
 }
 
-/// Converted by hand.
+/// The JSON scene was converted by hand.
 #[test]
 fn a_scene_in_either_language_is_the_same() {
     for name in ["luneburg_fog", "aquarium_laser"] {
@@ -89,7 +90,7 @@ fn an_example_is_assembled_from_either_language() {
     assert_eq!(json.samples, 40);
 }
 
-/// The first scenes of the manual say the same.
+/// The manual's first scenes in XML and JSON are equal.
 #[test]
 fn the_manual_is_right() {
     let manual = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/scene-format.md");
@@ -132,7 +133,7 @@ fn values() {
     assert_eq!(number, SpectrumValue::EqualEnergy(3.0));
 }
 
-/// Against the transforms of XML.
+/// Transforms agree with transforms of XML.
 #[test]
 fn transforms() {
     let xml = |parts: &str| {
@@ -301,7 +302,7 @@ fn a_byte_order_mark_is_passed_over() {
     );
 }
 
-/// `line:column message | help` for each mistake.
+/// Returns `line:column message | help` for each mistake.
 fn mistakes_with(text: &str, overrides: &[(String, String)]) -> Vec<String> {
     let mut diagnostics = Diagnostics::new();
     assert!(
@@ -317,7 +318,7 @@ fn mistakes_with(text: &str, overrides: &[(String, String)]) -> Vec<String> {
     diagnostics.iter().map(describe).collect()
 }
 
-/// The mistake in a value of a shape, which begins at line 1, column 1 of its own.
+/// Asserts the mistake in a value of a shape, which begins at line 1, column 1 of its own text.
 #[track_caller]
 fn bad(value: &str, expected: &str) {
     let text = format!("{{\"type\": \"scene\", \"a\": {{\"type\": \"sphere\", \"x\":\n{value}}}}}");
@@ -461,7 +462,7 @@ fn mistakes_in_parameters() {
     );
 }
 
-/// Messages about a file of JSON do not speak XML.
+/// Messages about a JSON file do not use XML terms.
 #[test]
 fn messages_are_in_the_language_of_the_file() {
     let directory = tempfile::tempdir().unwrap();

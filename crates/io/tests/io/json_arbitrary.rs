@@ -1,14 +1,14 @@
-//! No JSON makes the reader panic, and what is a scene survives being written and read again.
+//! The JSON reader never panics, and a valid scene survives writing and reading.
 
 use crate::common;
 use morgana_io::{Diagnostics, FileRegistry, json};
 use proptest::prelude::*;
 use serde_json::{Map, Value, json};
 
-/// Reads a scene, and what is one again after writing it. Returns whether it is one.
+/// Reads a text; if it is a scene, writes and reads it again. Returns true if it is a scene.
 fn exercise(text: &str) -> bool {
     let mut diagnostics = Diagnostics::new();
-    // An override that nothing uses is an error.
+    // Unused overrides are errors, so pass only used ones.
     let overrides = [("a".to_owned(), "1".to_owned())];
     let used = usize::from(text.contains("$a"));
     let scene = json::parse(text, "scene.json", &overrides[..used], &mut diagnostics);
@@ -24,14 +24,14 @@ fn exercise(text: &str) -> bool {
     true
 }
 
-/// A kind that only the key tells survives, though the object has a name.
+/// If only the key gives the kind of an object, writing keeps the kind, even for a named object.
 #[test]
 fn kinds_that_types_do_not_tell() {
     let scene = r#"{"type": "scene", "shape": {"type": "constant", "id": "sky"}}"#;
     assert!(exercise(scene));
 }
 
-/// Pieces of which text is often nearly a scene.
+/// Fragments whose text is often nearly a scene.
 fn pieces() -> impl Strategy<Value = String> {
     let known = prop::sample::select(vec![
         "{",
@@ -122,7 +122,7 @@ const WORDS: [&str; 20] = [
     "é\"\n",
 ];
 
-/// Values of the keys and words of scenes.
+/// Values with keys and words of scenes.
 fn value() -> impl Strategy<Value = Value> {
     let plain = prop_oneof![
         1 => Just(Value::Null),
@@ -158,7 +158,7 @@ fn entries(value: impl Strategy<Value = Value>) -> impl Strategy<Value = Map<Str
     })
 }
 
-/// Values that every reader takes.
+/// Values that every reader accepts.
 fn valid_value() -> impl Strategy<Value = Value> {
     let near = -1e3..1e3;
     let triple = prop::array::uniform3(near.clone());
@@ -185,7 +185,7 @@ fn valid_value() -> impl Strategy<Value = Value> {
     ]
 }
 
-/// Objects with parameters and children, some of which are references to `first`.
+/// Objects with parameters and children, some of which refer to `first`.
 fn valid_object() -> impl Strategy<Value = Value> {
     let types = [
         "sphere",
@@ -263,7 +263,7 @@ proptest! {
     }
 }
 
-/// A text that is repeated through parameters does not fill the memory.
+/// A text repeated through parameters does not exhaust the memory.
 #[test]
 fn parameters_cannot_grow_without_bound() {
     let mut parameters = vec![format!("\"a0\": \"{}\"", "x".repeat(1000))];

@@ -1,4 +1,4 @@
-//! Volumes of labels beside the same matter as shapes, and what is wrong with them.
+//! Volumes of labels, compared with equivalent shapes, and invalid volumes.
 //!
 //! False alarms: 1e-3 for each comparison. Seeds are fixed.
 
@@ -76,7 +76,7 @@ fn differences(scenes: [&Value; 2], particles: u64) -> Vec<f64> {
         .collect()
 }
 
-/// A beam from below, and cells of fluence over [0, 6]³ and what is around.
+/// A beam from below, and cells of fluence over [0, 6]³ and its surroundings.
 fn lit(shapes: Value) -> Value {
     let mut scene = json!({
         "type": "scene",
@@ -105,7 +105,7 @@ fn layers() -> Vec<Vec<Vec<u32>>> {
     (0..6).map(|z| vec![vec![1 + z / 2; 6]; 6]).collect()
 }
 
-/// Three layers, of which two have the same index, as labels and as cubes.
+/// Three layers, two of them with equal indices, as labels and as cubes.
 fn slabs(surface: &str) -> [Value; 2] {
     let media = [
         tissue(0.1, 1.0, 0.5, 1.37),
@@ -144,16 +144,17 @@ fn layers_of_labels_are_layers() {
         .map(|m| m.name.as_str())
         .collect();
     assert_eq!(names, ["ambient", "tissue: labels 1, 2", "tissue: label 3"]);
-    // The walls and the face between the two media.
+    // The walls, and the face between the two media.
     assert_eq!(loaded.scene().objects().len(), 3);
-    // The same comparison sees that a layer scatters a fifth more.
+    // Check the power of the test: a layer that scatters a fifth more is detected.
     let mut other = cubes;
     other["middle"]["interior"]["sigma_s"] = json!(3.6);
     let zs = differences([&labels, &other], 120_000);
     assert!(z_test::max_abs_z(&zs, 1e-3).is_err());
 }
 
-/// The table has label 0 outside, with an index of its own; light enters refracted from there.
+/// A table of properties may describe label 0, outside, with an index of its own; light from there
+/// is refracted on entry.
 #[test]
 fn a_table_says_what_media_say() {
     let mut data = layers();
@@ -173,7 +174,7 @@ fn a_table_says_what_media_say() {
     }));
     let [a, b] = [&table, &media].map(load);
     assert_eq!(a.as_ref().unwrap().scene().n(0, glam::DVec3::ZERO), 1.33);
-    // Nothing holds a medium that is declared outside.
+    // No shape holds a medium that is declared outside.
     assert!(b.unwrap_err().contains("declared outside"));
     let mut media = media;
     media["tissue"].as_object_mut().unwrap().remove("exterior");
@@ -186,7 +187,8 @@ fn a_table_says_what_media_say() {
     z_test::max_abs_z(&zs, 1e-3).unwrap();
 }
 
-/// Mean cosines and weights of blends in grids are those of labels: the same paths, to rounding.
+/// Mean cosines and weights of blends in grids equal mean cosines and weights of labels: paths
+/// agree to rounding.
 #[test]
 fn phase_functions_may_vary_in_grids() {
     let volume = |values: [f64; 2]| {
@@ -223,7 +225,8 @@ fn phase_functions_may_vary_in_grids() {
     assert!(!is_same(&labels, &fluence(&uniform, 2000)));
 }
 
-/// Rays along edges of voxels, through corners and in the planes of faces are not lost, whatever the surface.
+/// Rays along edges of voxels, through corners and in planes of faces are not lost, for any
+/// surface.
 #[test]
 fn rays_along_edges_of_voxels_are_not_lost() {
     let checkered: Vec<Vec<Vec<u32>>> = (0..6)
@@ -259,7 +262,7 @@ fn rays_along_edges_of_voxels_are_not_lost() {
     }
 }
 
-/// Pictures of labels by three estimators agree with one another, with a ball inside of two labels.
+/// Images of labels by three estimators agree, with a ball inside two labels.
 #[test]
 fn estimators_agree_in_labels() {
     let scene = |integrator: &str| {
@@ -292,7 +295,8 @@ fn estimators_agree_in_labels() {
     }
 }
 
-/// A volume of labels in another one, whichever comes first in the file; without an index of its own it has that around.
+/// A volume of labels may lie in another, in any order in the file. Without its own index it has
+/// the surrounding one.
 #[test]
 fn volumes_in_volumes_may_come_in_any_order() {
     let volume = |n: Option<f64>, scale: f64, from: f64| {
@@ -322,7 +326,8 @@ fn volumes_in_volumes_may_come_in_any_order() {
     }
 }
 
-/// A block that sticks out of labels of the same index: its part outside is refracted at, that inside is not.
+/// A block extends beyond labels of equal index: its part outside refracts, and its part inside
+/// does not.
 #[test]
 fn shapes_may_stick_out_of_labels() {
     let medium = tissue(0.1, 1.0, 0.5, 1.5);
@@ -334,7 +339,7 @@ fn shapes_may_stick_out_of_labels() {
             "to_world": [{"scale": scale}, {"translate": center}]
         })
     };
-    // One of them covers the place by which what is around the labels is known.
+    // One block covers the point by which the surroundings of the labels are found.
     for center in [[0.0, 3.0, 3.0], [6.0, 3.0, 3.0]] {
         let block = cube([1.0, 2.9, 2.95], center);
         let scene = |body: &Value| {
@@ -348,7 +353,7 @@ fn shapes_may_stick_out_of_labels() {
     }
 }
 
-/// A meter around the layers, which keeps records.
+/// A meter around the layers that keeps records.
 fn recorded(absorption: [f64; 3]) -> Value {
     let media = [
         tissue(absorption[0], 1.0, 0.5, 1.37),
@@ -374,8 +379,9 @@ fn recorded(absorption: [f64; 3]) -> Value {
     })
 }
 
-/// Records around labels know the power that escapes, and what it would be with other absorption in two labels that share a medium
-/// and one that refracts: three comparisons, false alarms 2.7e-4 each.
+/// Records around labels reproduce the escaping power. They also predict it for other absorption in
+/// two labels that share a medium, and in one that refracts. Three comparisons, false alarms 2.7e-4
+/// each.
 #[test]
 fn records_around_labels() {
     let [known, anew] = [([0.1, 0.02, 0.3], 11), ([0.02, 0.2, 0.1], 12)]
@@ -387,7 +393,8 @@ fn records_around_labels() {
             .unwrap();
         [power.mean[0], power.error[0]]
     };
-    // Some of the light meets a face of the cube, leaves it, and enters by another: what escapes is the net.
+    // Some light leaves by one face of the cube and enters by another: the escaping power is the
+    // net power.
     let [out, _] = power(&known, 0);
     let inwards = known.readings[0]
         .iter()

@@ -1,4 +1,4 @@
-//! Checks that warn, and their names, by which users silence them.
+//! Warning checks, and the names by which users silence them.
 
 use morgana_io::diagnostic::lints;
 use morgana_io::{Diagnostics, LoadOptions, Loaded, json};

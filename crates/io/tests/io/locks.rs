@@ -1,4 +1,5 @@
-//! One process at a time works on a file. (Locks are those of open files, so that two in one process stand for two processes.)
+//! Locks: one process at a time works on a file. Locks belong to open files, so that two in one
+//! process represent two processes.
 
 use morgana_io::lock::{Lock, LockError};
 
@@ -12,7 +13,7 @@ fn a_file_is_locked_once() {
     };
     let this = format!("process {}", std::process::id());
     assert!(holder.starts_with(&this), "{holder}");
-    // Another file is another matter, and the file itself may come and go.
+    // Other files are not locked, and the file itself may appear and disappear.
     Lock::take(&folder.path().join("d.part")).unwrap();
     std::fs::write(&path, b"").unwrap();
     assert!(Lock::take(&path).is_err());

@@ -1,15 +1,15 @@
-//! Parameters far beyond any range: whatever the messages say, their numbers are short.
+//! Parameters far beyond their range: messages contain only short numbers.
 
 use morgana_io::schema::{self, Plugin, Type};
 use morgana_io::{Diagnostics, LoadOptions, PluginKind, json};
 use serde_json::{Value, json};
 
-/// Numbers of which every digit would fill lines.
+/// Numbers whose digits, written out, would fill lines.
 const NUMBERS: [f64; 5] = [-1.0, 1e300, -1e300, 1e-300, -1e-300];
-/// No number that is written well has as many digits.
+/// Maximum number of digits of a well-formatted number.
 const MOST_DIGITS: usize = 20;
 
-/// A scene in which an object of a kind has its place.
+/// A scene that places an object of a kind.
 fn scene(kind: PluginKind, object: Value) -> Value {
     let camera = json!({"type": "perspective", "fov": 40, "to_world": [{"translate": [0, 0, -5]}]});
     let mut scene = json!({"type": "scene", "sensor": camera, "sky": {"type": "constant"}});
@@ -37,7 +37,7 @@ fn scene(kind: PluginKind, object: Value) -> Value {
     scene
 }
 
-/// What a parameter is when its numbers are all the same.
+/// Returns the value of a parameter whose numbers are all equal.
 fn value(of: Type, number: f64) -> Option<Value> {
     Some(match of {
         Type::Float | Type::Integer | Type::Spectrum | Type::NumberOrWord(_) => number.into(),
@@ -49,7 +49,7 @@ fn value(of: Type, number: f64) -> Option<Value> {
     })
 }
 
-/// An object with all its required numbers, one of its parameters far out.
+/// Objects with all required numbers and one parameter far out of range.
 fn objects(plugin: &Plugin) -> Vec<Value> {
     let mut all = Vec::new();
     for parameter in plugin.parameters() {
@@ -81,7 +81,7 @@ fn messages(scene: &Value) -> String {
     }
 }
 
-/// Without the lines of the file.
+/// Returns the messages without lines of the file.
 fn lines(diagnostics: &Diagnostics) -> String {
     let line =
         |d: &morgana_io::Diagnostic| format!("{} {}", d.message, d.help.as_deref().unwrap_or(""));

@@ -1,7 +1,7 @@
-//! Scenes and files: what is read, what is refused and in which words, what is written.
+//! Scenes and files: accepted input, refused input and its messages, and output.
 //!
-//! One program, as linking many takes longer than they run. Tests that count the memory of a whole program have programs of
-//! their own beside this one.
+//! All tests are one program, because linking many programs takes longer than the tests. Tests that
+//! count the memory of a whole program have their own programs beside this one.
 
 mod arbitrary;
 mod arbitrary_images;

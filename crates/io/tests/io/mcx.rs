@@ -1,4 +1,4 @@
-//! Input files of MCX: what becomes of them, and what is refused.
+//! Input files of MCX: their translation, and refused files.
 
 use glam::DVec3;
 use morgana_io::{Limits, LoadOptions, Loaded, Refusal, Run};
@@ -9,7 +9,7 @@ use transport::emitter::Emitter;
 use transport::medium::Medium;
 use transport::meter::Meter;
 
-/// Two layers, with a ball of a third medium and a hollow.
+/// Two layers, with a ball of a third medium and an empty ball.
 fn input() -> Value {
     json!({
         "Session": {"ID": "test", "Photons": 3000, "RNGSeed": 1, "DoMismatch": 1},
@@ -82,12 +82,13 @@ fn labels_media_and_source_are_those_of_the_file() {
     let [Emitter::Collimated(beam)] = loaded.scene().emitters() else {
         panic!("{:?}", loaded.scene().emitters());
     };
-    // Within the volume: its photons start in the voxel that holds their place.
+    // Photons start in the voxel that contains their position, within the volume.
     assert!((beam.origin() - DVec3::new(2.5 + 2.5e-5, 2.0 + 2.5e-5, 2.5e-5)).length() < 1e-12);
     assert_eq!(loaded.scene().medium_at(beam.origin()), 1);
 }
 
-/// Light that starts on a side of the volume starts in the voxel there, whatever its direction; what row 0 absorbs does not count.
+/// Light on a side of the volume starts in the voxel there, whatever its direction. Absorption of
+/// row 0 does not count.
 #[test]
 fn sources_on_sides_start_inside() {
     for position in [[0, 4, 5], [5, 0, 3], [9, 7, 10]] {
@@ -125,7 +126,7 @@ fn settings() {
     near(gates.edges[5], 1498.96229);
 }
 
-/// Values are the fluence per joule, whatever a file asks for.
+/// Values are always the fluence per joule; a note explains other requested outputs.
 #[test]
 fn other_outputs_are_told() {
     for (kind, told) in [
@@ -145,7 +146,7 @@ fn other_outputs_are_told() {
     }
 }
 
-/// Whether light that enters is reflected follows from `DoMismatch` alone.
+/// `DoMismatch` alone determines whether entering light is reflected.
 #[test]
 fn light_that_enters_is_reflected_as_all_other_light() {
     let with = |mismatch: i32, specular: Value| {
@@ -180,7 +181,7 @@ fn photons_are_counted_in_whole_numbers() {
     assert!(load(&half).is_ok());
 }
 
-/// Each shape gives its label to the voxels whose centres it holds.
+/// Each shape labels the voxels whose centres it contains.
 #[test]
 fn shapes_are_drawn_one_over_the_other() {
     for (shape, inside, outside) in [
@@ -222,7 +223,8 @@ fn shapes_are_drawn_one_over_the_other() {
     ] {
         let mut file = input();
         file["Shapes"] = json!([{"Grid": {"Tag": 1, "Size": [10, 8, 12]}}, shape]);
-        // Where positions count from 1, those of boxes, subgrids and cylinders do, too, as MCX-CL draws them.
+        // Positions of boxes, subgrids and cylinders also count from 1 if positions do, as in
+        // MCX-CL.
         let counts = ["Box", "Subgrid", "Cylinder"]
             .iter()
             .any(|kind| shape.get(kind).is_some());
@@ -240,7 +242,8 @@ fn shapes_are_drawn_one_over_the_other() {
     }
 }
 
-/// Photons start in the voxel that holds the source, also from its corner, and from the side of the volume along it.
+/// Photons start in the voxel that contains the source, also from its corner, and from a side of
+/// the volume along it.
 #[test]
 fn pencils_on_edges_of_voxels_stay_in_one() {
     for (position, direction, column) in [
@@ -259,7 +262,8 @@ fn pencils_on_edges_of_voxels_stay_in_one() {
             ..Run::new(&loaded)
         };
         let readings = run.measure().unwrap().readings;
-        // Cells are [z, y, x]; what is left of 1 J passes the voxels of one column, of half a millimetre.
+        // Cells are [z, y, x]. The remaining part of 1 J passes the voxels of one column, half a
+        // millimetre each.
         let fluence = &readings[0][0].mean;
         let of = |[x, y, z]: [usize; 3]| fluence[(z * 8 + y) * 10 + x] * 0.125;
         let expected = (1.0 - (-0.05_f64).exp()) / 0.1;
@@ -302,7 +306,7 @@ fn volumes_come_from_files() {
     );
 }
 
-/// Sources of all kinds that are read have power 1.
+/// Every accepted kind of source has power 1.
 #[test]
 fn sources() {
     for (source, kind) in [
@@ -450,7 +454,7 @@ fn detectors_are_meters_that_keep_records() {
     assert_eq!(first.most_records, None);
 }
 
-/// The sizes that a file states take no more memory than is allowed, and the meters of the voxels neither.
+/// Sizes that a file states respect the memory limit, and so do meters of voxels.
 #[test]
 fn sizes_are_within_the_limit_of_memory() {
     let folder = tempfile::tempdir().unwrap();
@@ -484,7 +488,8 @@ fn sizes_are_within_the_limit_of_memory() {
     Run::new(&loaded).check(Limits::of(1 << 20)).unwrap();
 }
 
-/// A thousand small shapes in a large volume take the time of their voxels, and label the voxels whose centres they hold.
+/// A thousand small shapes in a large volume take time proportional to their voxels, and label the
+/// voxels whose centres they contain.
 #[test]
 fn shapes_cost_what_they_cover() {
     let mut file = input();

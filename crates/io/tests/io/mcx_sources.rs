@@ -1,5 +1,6 @@
-//! Sources of MCX with patterns, several of them, and arrays of JData, against what MCX documents: photons start evenly on the
-//! parallelogram of `Param1` and `Param2`, and weigh what the pattern says there.
+//! Sources of MCX with patterns, several sources, and JData arrays, compared with MCX's
+//! documentation: photons start uniformly on the parallelogram of `Param1` and `Param2`, with the
+//! weight of the pattern there.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -43,7 +44,7 @@ fn load(source: &Value) -> Result<Loaded, String> {
     load_in(tempfile::tempdir().unwrap().path(), &input(source, &grid()))
 }
 
-/// Irradiance at shares of the two sides of a source that begins at a corner, in voxels.
+/// Irradiance at fractions of the two sides of a source that begins at a corner, in voxels.
 fn irradiance(loaded: &Loaded, corner: DVec3, sides: [DVec3; 2], [x, y]: [f64; 2]) -> f64 {
     let [Emitter::Collimated(beam)] = loaded.scene().emitters() else {
         panic!("{:?}", loaded.scene().emitters());
@@ -56,7 +57,8 @@ fn near(a: f64, b: f64, tolerance: f64) {
     assert!((a - b).abs() <= tolerance, "{a} {b}");
 }
 
-/// Photons of a wave weigh as much as it at their places: along either side, for light in either direction.
+/// Photons of a wave have the weight of the wave at their positions: along either side, for light
+/// in either direction.
 #[test]
 fn waves() {
     let corner = DVec3::new(2.0, 2.0, -1.0);
@@ -67,7 +69,8 @@ fn waves() {
     let product = |x: f64, y: f64| {
         0.5 * (1.0 + (TAU * (1.5 * x + 0.5)).sin() * (TAU * (3.0 * y + 0.25)).sin())
     };
-    // The mean is a half. Whole parts are frequencies, the others the phase, and what the modulation lacks to 1.
+    // The mean is a half. Integer parts are frequencies. The fractional part of the first number is
+    // the phase, and of the second it is 1 minus the modulation.
     type Relative = Box<dyn Fn(f64, f64) -> f64>;
     type Case = (&'static str, f64, [[f64; 4]; 2], [DVec3; 2], Relative);
     let cases: Vec<Case> = vec![
@@ -92,7 +95,7 @@ fn waves() {
             [up, across],
             Box::new(cosine(1.0, 0.0, 0.0, 1.0)),
         ),
-        // The second side is the direction across the first.
+        // The second side is the direction perpendicular to the first.
         (
             "fourierx",
             1.0,
@@ -122,7 +125,8 @@ fn waves() {
             if at.iter().any(|t| !(0.02..0.98).contains(t)) {
                 continue;
             }
-            // Linear between 64 pixels per period: (π/64)² of the modulation, in two dimensions.
+            // Interpolation is linear between 64 pixels per period: (π/64)² of the modulation, in
+            // two dimensions.
             let expected = relative(at[0], at[1]) / (0.5 * area);
             near(
                 irradiance(&loaded, corner, sides, at),
@@ -134,7 +138,7 @@ fn waves() {
     }
 }
 
-/// The first side counts the values that follow one another; each holds for its part of the parallelogram.
+/// Values follow one another along the first side; each applies to its part of the parallelogram.
 #[test]
 fn patterns() {
     let corner = DVec3::new(2.0, 1.0, -1.0);
@@ -164,7 +168,8 @@ fn patterns() {
     }
 }
 
-/// A photon begins at any source with the same probability, and weighs what that says: sources share the power by weight.
+/// A photon starts at any source with equal probability, and carries the source's weight: sources
+/// share the power by weight.
 #[test]
 fn several_sources() {
     let mut source = json!({
@@ -190,7 +195,7 @@ fn several_sources() {
             .unwrap_err()
             .contains("the number of one of 3")
     );
-    // A wave with frequency 0 has the mean ½ (1 + M cos φ), and that much of the power.
+    // A wave with frequency 0 has the mean ½ (1 + M cos φ), and this fraction of the power.
     let waves = json!({
         "Type": "fourier", "Pos": [[2, 2, -1], [2, 2, -1]], "Dir": [[0, 0, 1], [0, 0, 1]],
         "Param1": [[6, 0, 0, 2.0], [6, 0, 0, 0.0]], "Param2": [[0, 4, 0, 0.0], [0, 4, 0, 0.0]],
@@ -212,7 +217,7 @@ fn gzip(bytes: &[u8]) -> String {
     STANDARD.encode(packed.finish().unwrap())
 }
 
-/// Labels `[x, y, z]`, the last axis of which runs fastest, however they are written.
+/// Labels `[x, y, z]`, with the last axis fastest, in each notation.
 #[test]
 fn volumes_of_jdata() {
     let pencil = json!({"Pos": [1, 1, -1], "Dir": [0, 0, 1]});
@@ -248,7 +253,7 @@ fn volumes_of_jdata() {
             let absorption = (medium.extinction(place) - medium.scattering(place))[0];
             near(absorption, f64::from(label(x, y, z)), 1e-9);
         }
-        // Shapes of a file of their own, too.
+        // Shapes may have their own file, too.
         fs::write(
             folder.path().join("labels.json"),
             json!({"Shapes": shapes}).to_string(),

@@ -1,4 +1,4 @@
-//! Meshes: what is read, and files that must be refused.
+//! Meshes: accepted and refused files.
 
 use glam::DVec3;
 use morgana_io::Limits;
@@ -19,7 +19,7 @@ fn an_obj_file_with_everything() {
     let mesh = obj::parse(text.as_bytes(), Limits::default()).unwrap();
     assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3], [4, 5, 6]]);
     let corner = |(x, y)| DVec3::new(x, y, 0.0);
-    // The last face has corners of its own: they have no normals.
+    // The last face has its own corners, without normals.
     let square = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(corner);
     let again = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)].map(corner);
     assert_eq!(mesh.positions, [&square[..], &again[..]].concat());
@@ -105,7 +105,7 @@ const ASCII: &str = "ply\nformat ascii 1.0\ncomment hello\nelement vertex 4\npro
     element edge 1\nproperty int a\nend_header\n\
     0 0 0 0 0\n1 0 0 1 0\n1 1 0.5 1 1\n0 1 0 0 1\n7 4 0 1 2 3\n7 3 0 1 2\n5\n";
 
-/// The same mesh as `ASCII`, in binary.
+/// The mesh of `ASCII`, in binary.
 fn binary(big: bool) -> Vec<u8> {
     let kind = if big {
         "binary_big_endian"
@@ -193,7 +193,7 @@ fn attributes_of_ply_files_follow_texture_coordinates_of_any_name() {
     }
 }
 
-/// Two triangles that share a side, along which the second has other texture coordinates.
+/// Two triangles with a common side, along which the second has other texture coordinates.
 const WEDGES: &str = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
     property float weight_0\nproperty float r\nproperty float g\nproperty float b\n\
     element face 2\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord\nproperty float id_0\n\
@@ -203,7 +203,7 @@ const WEDGES: &str = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\
 #[test]
 fn corners_of_ply_files_have_texture_coordinates() {
     let mesh = ply::parse(WEDGES.as_bytes(), Limits::default()).unwrap();
-    // Vertex 1 has the same ones in both faces, vertex 2 is split.
+    // Vertex 1 has equal coordinates in both faces; vertex 2 is split.
     assert_eq!(mesh.triangles, [[0, 1, 2], [1, 3, 4]]);
     assert_eq!(mesh.originals, Some(vec![0, 1, 2, 3, 2]));
     assert_eq!(mesh.positions[4], mesh.positions[2]);
@@ -351,7 +351,7 @@ fn serialized_file(name: &str) -> PathBuf {
         .join(name)
 }
 
-/// Files that Mitsuba 3.9.1 reads in the same way, colours aside.
+/// Mitsuba 3.9.1 reads these files identically, except for colours.
 #[test]
 fn serialized_meshes() {
     let corners = [
@@ -405,14 +405,14 @@ fn serialized_files_that_are_refused() {
         "not a serialized mesh file: its table of meshes is cut off"
     );
     for cut in 4..bytes.len() {
-        // The end of the file is the table, of which something is always missing.
+        // The file ends with the table, which always lacks something here.
         assert!(
             serialized::parse(&bytes[..cut], 0, Limits::default()).is_err(),
             "{cut}"
         );
         let mut damaged = bytes.clone();
         damaged[cut] ^= 0x55;
-        // Whatever comes of it, it must not panic.
+        // The result may be anything, but reading must not panic.
         let _ = serialized::parse(&damaged, 1, Limits::default());
     }
 }
@@ -423,7 +423,7 @@ fn colours_in_mesh_files() {
     let mesh = obj::parse(text.as_bytes(), Limits::default()).unwrap();
     let expected = vec![[0.25, 0.5, 1.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]];
     assert_eq!(mesh.colours, Some(expected));
-    // Colours of some vertices only are of no use.
+    // Colours of only some vertices are dropped.
     let mesh = obj::parse(
         b"v 0 0 0 0.25 0.5 1\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
         Limits::default(),
@@ -433,7 +433,8 @@ fn colours_in_mesh_files() {
     obj_error("v 0 0 0 0.5 red 1", Some(1), "'red' is not a number");
 }
 
-/// Names as Mitsuba 3 groups them: neighbours of one prefix and one of four schemes, one channel or three.
+/// Names are grouped as in Mitsuba 3: adjacent names with one prefix and one of four schemes, one
+/// channel or three.
 #[test]
 fn attributes_of_ply_files() {
     let text = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
@@ -462,7 +463,7 @@ fn attributes_of_ply_files() {
     assert_eq!(numbers, [true, false, false, true]);
 }
 
-/// The same strands in both of the formats of Mitsuba 0.6.
+/// Equal strands in both formats of Mitsuba 0.6.
 #[test]
 fn hair_as_text_and_in_binary() {
     let parse = |bytes: &[u8]| hair::parse(bytes, Limits::default());

@@ -9,7 +9,8 @@ use std::path::Path;
 use transport::meter::{Coordinates, Estimator, Meter};
 use transport::render::{Handle, MeasureOptions, Measurement, measure};
 
-/// An absorbing ball of radius 1 in a beam of power 2, with what is given in the ball and in the scene.
+/// An absorbing ball of radius 1 in a beam of power 2, with given contents of the ball and the
+/// scene.
 fn scene(inside: &str, body: &str) -> String {
     format!(
         r#"<scene version="3.0.0">
@@ -97,7 +98,7 @@ fn meters_take_the_place_of_a_camera() {
     let inside = r#"<sensor type="irradiancemeter" id="skin"><integer name="nv" value="5"/>
         <integer name="cosine_bins" value="7"/><float name="max_bound" value="4"/><float name="bin_width" value="0.5"/></sensor>"#;
     let loaded = load(&scene(inside, &fluence(sampler))).unwrap();
-    // The meter of the ball asks for the usual million.
+    // The meter of the ball requests the default of a million.
     assert_eq!(loaded.samples, 1_000_000);
     assert_eq!(loaded.channel_names, ["Y"]);
     let names: Vec<&str> = loaded.instruments.iter().map(|i| i.name.as_str()).collect();
@@ -169,7 +170,7 @@ fn mistakes_are_named() {
     refused("", &(with("") + camera), "not both");
 }
 
-/// One says nothing of the sound and takes what the others say.
+/// A sampler that does not mention the sound adopts the settings of the others.
 #[test]
 fn samplers_of_meters_agree_on_the_sound() {
     let sampler = |sound: &str| format!("<sampler type='independent'>{sound}</sampler>");
@@ -203,7 +204,7 @@ fn doubts_are_told() {
     assert!(fine.warnings.is_empty(), "{}", fine.warnings);
 }
 
-/// Grids of meters are part of what the sky lights.
+/// Grids of meters belong to the extent that the sky lights.
 #[test]
 fn the_sky_fills_grids_beyond_the_scene() {
     let speck = "<transform name='to_world'><scale value='0.01'/></transform><bsdf type='null'/>";
@@ -258,7 +259,7 @@ fn readings_have_units_axes_and_normalizations() {
     };
     assert_eq!(attribute("normalization"), Some("per_watt"));
     assert_eq!(attribute("meter"), Some("tank"));
-    // The absorbed share of the box, which the ball touches, is that of the ball.
+    // The absorbed fraction of the box, which the ball touches, is the ball's.
     let volume = 8.0 / 24.0;
     let absorbed: f64 = power.data.iter().sum::<f64>() * volume;
     assert!((absorbed / measurement.balance.media.mean - 1.0).abs() < 0.1);
@@ -321,7 +322,7 @@ fn channels_run_last() {
     let fluence = array(&arrays, "fluence");
     assert_eq!(fluence.shape, [4, 3, 2, 5]);
     let middle = &fluence.data[5 * (2 + 2 * 3)..][..5];
-    // The first four share their paths; the medium is grey.
+    // The first four channels share their paths; the medium is grey.
     assert!((middle[1] / middle[0] - 2.0).abs() < 1e-9, "{middle:?}");
     assert!(middle[4] > 3.0 * middle[0], "{middle:?}");
 }
@@ -409,7 +410,7 @@ fn files_give_back_what_was_written() {
         .map(|c| f64::from_le_bytes(c.try_into().unwrap()));
     assert_eq!(values.collect::<Vec<_>>(), fluence.data);
 
-    // The same again by our own readers.
+    // Read it back by the project's own readers.
     let read = |name| Arrays::read(&folder.join(name), Limits::default()).unwrap();
     let sorted = |mut list: Vec<Array>| {
         list.sort_by(|a, b| a.name.cmp(&b.name));

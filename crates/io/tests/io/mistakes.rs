@@ -1,4 +1,4 @@
-//! Scenes with random mistakes give an error or an image: no panic, no hang.
+//! Scenes with random mistakes give an error or an image, without a panic or hang.
 
 use crate::common;
 use morgana_io::schema::{self, Parameter, Slot, Type};
@@ -12,7 +12,7 @@ use std::sync::LazyLock;
 use transport::meter::Meter;
 use transport::render::{Handle, MeasureOptions, RenderOptions, measure, memory, render};
 
-/// Pictures that take more memory are not rendered.
+/// Memory limit of rendered images; larger ones are skipped.
 const MOST_MEMORY: usize = 1 << 20;
 
 /// A valid scene, and the file that its relative paths start from.
@@ -68,7 +68,7 @@ fn places(value: &Value) -> Vec<String> {
     all
 }
 
-/// A mistake: what is done, where, and with what.
+/// A mistake: its kind, place, and content.
 #[derive(Clone, Debug)]
 struct Mistake {
     sort: Sort,
@@ -79,17 +79,17 @@ struct Mistake {
 
 #[derive(Clone, Copy, Debug)]
 enum Sort {
-    /// Another number.
+    /// Replaces a number.
     Number,
-    /// A value left out.
+    /// Omits a value.
     Omission,
-    /// A value of elsewhere in the scene.
+    /// Copies a value from elsewhere in the scene.
     Copy,
-    /// A parameter that the plugin has.
+    /// Adds a parameter of the plugin.
     Parameter,
-    /// Another plugin of its kind.
+    /// Replaces a plugin by another of its kind.
     Plugin,
-    /// A child that the plugin takes.
+    /// Adds a child that the plugin accepts.
     Child,
 }
 
@@ -128,7 +128,7 @@ fn number(value: Index) -> Value {
 }
 
 impl Mistake {
-    /// Makes it, if there is a place for it.
+    /// Applies the mistake, if there is a place for it.
     fn make(&self, scene: &mut Value) {
         let all = places(scene);
         let fits = |place: &&String| {
@@ -209,7 +209,7 @@ impl Mistake {
     }
 }
 
-/// The plugins that an object may be.
+/// Plugins that an object may have.
 fn plugins(object: &Value) -> Vec<&'static schema::Plugin> {
     match object["type"].as_str() {
         Some("scene") => schema::plugins(PluginKind::Scene).iter().collect(),
@@ -229,7 +229,8 @@ fn omit(scene: &mut Value, place: &str) {
     }
 }
 
-/// Reads a scene in the place of an example, and renders or measures a little. Returns whether that is possible.
+/// Reads a scene in the place of an example, and renders or measures a little. Returns true if that
+/// is possible.
 fn exercise(example: &Example, scene: &Value, integrator: Option<&str>) -> bool {
     let mut diagnostics = Diagnostics::new();
     let text = scene.to_string();
@@ -251,7 +252,7 @@ fn exercise(example: &Example, scene: &Value, integrator: Option<&str>) -> bool 
     assembled.is_ok()
 }
 
-/// Renders a picture, if it is small.
+/// Renders an image, if it is small.
 fn photograph(loaded: &Loaded) {
     let options = RenderOptions {
         adaptive: loaded.adaptive,

@@ -1,4 +1,4 @@
-//! Scenes of Mitsuba: its defaults and means of its renders.
+//! Scenes of Mitsuba: its defaults, and means of its renders.
 //!
 //! False alarms: 1e-3 for the means. Seeds are fixed.
 
@@ -24,8 +24,8 @@ fn load(text: &str) -> Loaded {
         .unwrap_or_else(|d| panic!("{d}\n{text}"))
 }
 
-/// As `print` and `mi.traverse` show plugins that Mitsuba 3.9.1 (`scalar_rgb`) has loaded with nothing but their
-/// type, and, where they show nothing, as its sources have it.
+/// Defaults of plugins as Mitsuba 3.9.1 (`scalar_rgb`) shows them by `print` and `mi.traverse` if
+/// only the type is given; where these show nothing, as in its sources.
 #[test]
 fn defaults_are_those_of_mitsuba() {
     use PluginKind::{
@@ -116,7 +116,7 @@ fn defaults_are_those_of_mitsuba() {
     }
 }
 
-/// Plugins with nothing but their type (and a film of their own): what Mitsuba needs no more of, is enough.
+/// Plugins for which Mitsuba needs only their type (and a film) are complete.
 #[test]
 fn what_mitsuba_accepts_bare_is_accepted() {
     for emitter in ["point", "spot", "projector", "directional", "constant"] {
@@ -130,7 +130,7 @@ fn what_mitsuba_accepts_bare_is_accepted() {
     load(area);
 }
 
-/// A ball of some surface, an emitter and a sky.
+/// A ball with some surface, an emitter and a sky.
 fn ball(bsdf: &str) -> String {
     let light = r#""light": {"type": "sphere", "center": [2, 3, 2], "radius": 0.5, "bsdf": {"type": "diffuse", "reflectance": 0},
     "emitter": {"type": "area", "radiance": 20}},
@@ -138,7 +138,7 @@ fn ball(bsdf: &str) -> String {
     ball_in(bsdf, light)
 }
 
-/// A ball of some surface among emitters.
+/// A ball with some surface among emitters.
 fn ball_in(bsdf: &str, emitters: &str) -> String {
     format!(
         r#"{{"type": "scene",
@@ -164,9 +164,10 @@ fn mean_of(loaded: Loaded, samples: u64) -> [f64; 2] {
     [of(&mean), (of(&variance) / n).sqrt()]
 }
 
-/// Means over the image (first channel) of 16 renders of 1024 samples by Mitsuba 3.9.1, `scalar_rgb`, integrator
-/// `path`, with their standard errors; and by what share ours may differ, as docs/mitsuba.md says: Beckmann's masking
-/// by a fit there, the base below rough coats, the index of air around glass, steep facets of sheets.
+/// Means over the image (first channel) of 16 renders of 1024 samples by Mitsuba 3.9.1,
+/// `scalar_rgb`, integrator `path`, with their standard errors. The last column is the fraction by
+/// which morgana's means may differ, as docs/mitsuba.md explains: Mitsuba's fit of Beckmann's
+/// masking, the base below rough coats, the index of air around glass, steep facets of sheets.
 #[test]
 fn means_are_those_of_mitsuba() {
     let metal = r#""eta": {"type": "rgb", "value": [0.2, 0.92, 1.1]}, "k": {"type": "rgb", "value": [3.9, 2.45, 2.14]}"#;
@@ -205,7 +206,7 @@ fn means_are_those_of_mitsuba() {
         let [ours, own] = mean(&ball(&bsdf), 256);
         println!("{bsdf}: {ours:.5} ± {own:.5}, Mitsuba {theirs:.5} ± {error:.5}");
         let z = (ours - theirs) / own.hypot(error);
-        // What may differ is taken off.
+        // Subtract the allowed difference.
         let excess = ((ours - theirs).abs() - share * theirs).max(0.0);
         zs.push(z.signum() * excess / own.hypot(error));
         assert!(own < 4e-3 * theirs, "{bsdf}: no power");
@@ -213,8 +214,9 @@ fn means_are_those_of_mitsuba() {
     testkit::z_test::max_abs_z(&zs, 1e-3).unwrap();
 }
 
-/// As [`means_are_those_of_mitsuba`], of brushed copper: along which tangents other shapes are rough, without and under maps, and
-/// with a board of roughness, whose fields are swapped there.
+/// Like [`means_are_those_of_mitsuba`], for brushed copper: the tangents along which other shapes
+/// are rough, without and under maps, and with a checkerboard of roughness, whose fields Mitsuba
+/// swaps.
 #[test]
 fn brushed_shapes_are_those_of_mitsuba() {
     let brushed = |u: &str, v: &str| {
@@ -264,11 +266,12 @@ fn brushed_shapes_are_those_of_mitsuba() {
     testkit::z_test::max_abs_z(&zs, 1e-3).unwrap();
 }
 
-/// Control points of a curve that tapers off.
+/// Control points of a tapered curve.
 const CURVES: &str = "-1.6 -0.9 0 0\n-1.4 -0.6 0 0\n-1.2 -0.4 0.1 0\n-0.5 0.8 0.4 0.3\n0.3 -0.6 -0.2 0.3\n\
                       1.0 0.7 0.2 0.3\n1.6 0.1 0.5 0\n1.8 0 0.5 0\n2.0 0 0.5 0\n";
 
-/// As [`means_are_those_of_mitsuba`], of curves, scaled by 1.2; they may differ by 2e-3, as they are triangles.
+/// Like [`means_are_those_of_mitsuba`], for curves scaled by 1.2. They may differ by 2e-3, because
+/// they are triangles.
 #[test]
 fn curves_are_those_of_mitsuba() {
     let directory = tempfile::tempdir().unwrap();
@@ -291,8 +294,8 @@ fn curves_are_those_of_mitsuba() {
     testkit::z_test::max_abs_z(&zs, 1e-3).unwrap();
 }
 
-/// As [`curves_are_those_of_mitsuba`], of distances from something like an ellipsoid on a grid of 16³ nodes, with
-/// `analytic` normals there.
+/// Like [`curves_are_those_of_mitsuba`], for distances from a shape like an ellipsoid on a grid of
+/// 16³ nodes, with Mitsuba's `analytic` normals.
 #[test]
 fn distances_are_those_of_mitsuba() {
     let node = |k: usize| k as f64 / 15.0 - 0.5;
@@ -314,9 +317,9 @@ fn distances_are_those_of_mitsuba() {
     testkit::z_test::max_abs_z(&[excess / own.hypot(error)], 1e-3).unwrap();
 }
 
-/// Radiances that Mitsuba 3.9.1 (`scalar_rgb`) has of its `sunsky`, in directions that its `eval` was asked for. The
-/// sky may differ by 4e-3 (interpolation between pixels, and single precision), the sun by 1 % (interpolation in a table)
-/// and 2e-3 of the brightest one: a table cannot follow a sun that sets.
+/// Radiances of `sunsky` by Mitsuba 3.9.1 (`scalar_rgb`), from its `eval` in given directions. The
+/// sky may differ by 4e-3 (interpolation between pixels, and single precision), and the sun by 1 %
+/// (interpolation in a table) and 2e-3 of the brightest one: a table cannot follow a setting sun.
 #[test]
 fn suns_and_skies_are_those_of_mitsuba() {
     use glam::DVec3;
@@ -400,7 +403,8 @@ fn suns_and_skies_are_those_of_mitsuba() {
     }
 }
 
-/// As [`means_are_those_of_mitsuba`], of a ball under a sky and a sun, which are those of Mitsuba within 1 %.
+/// Like [`means_are_those_of_mitsuba`], for a ball under a sky and a sun, which agree with
+/// Mitsuba's within 1 %.
 #[test]
 fn suns_light_as_mitsubas_do() {
     let mut zs = Vec::new();
@@ -449,7 +453,7 @@ fn suns_that_cannot_be_are_refused() {
         let message = refused.err().map(|d| d.to_string()).unwrap_or_default();
         assert!(message.contains(expected), "{parameters}: {message}");
     }
-    // At night it is dark: nothing shines, which is said.
+    // At night nothing shines, which is reported.
     let mut diagnostics = Diagnostics::new();
     let night =
         sky(r#""hour": 1"#).replacen(r#""hour": 1}"#, r#""hour": 1}, "p": {"type": "point"}"#, 1);
@@ -465,8 +469,8 @@ fn pixel(i: usize) -> f32 {
     (spread * spread) as f32 / 2500.0
 }
 
-/// Means over the image of 16 renders of 1024 samples by Mitsuba 3.9.1, `scalar_rgb`, integrator `path`, with their
-/// standard errors: a white ball and a mirror before coarse maps.
+/// Means over the image of 16 renders of 1024 samples by Mitsuba 3.9.1, `scalar_rgb`, integrator
+/// `path`, with their standard errors: a white ball and a mirror in front of coarse maps.
 #[test]
 fn maps_light_as_mitsubas_do() {
     let table = [
@@ -502,7 +506,8 @@ fn maps_light_as_mitsubas_do() {
     testkit::z_test::max_abs_z(&zs, 1e-3).unwrap();
 }
 
-/// As [`maps_light_as_mitsubas_do`], by every estimator: a ball in the light of a spot that throws an image or a board.
+/// Like [`maps_light_as_mitsubas_do`], by every estimator: a ball in the light of a spot that
+/// projects an image or a checkerboard.
 #[test]
 fn spots_throw_textures_as_mitsubas_do() {
     const SIZE: [usize; 2] = [8, 6];
@@ -563,12 +568,12 @@ fn spots_throw_textures_as_mitsubas_do() {
     testkit::z_test::max_abs_z(&zs, 1e-3).unwrap();
 }
 
-/// As [`means_are_those_of_mitsuba`] by `volpath`, here by every estimator: a ball of fog with a smaller one of chalk in
-/// it, behind holes, behind a pane, and behind nothing.
+/// Like [`means_are_those_of_mitsuba`] by Mitsuba's `volpath`, here by every estimator: a ball of
+/// fog with a smaller ball of chalk inside, behind holes, behind a pane, and behind nothing.
 #[test]
 fn masks_and_panes_around_fog_are_those_of_mitsuba() {
     const BALL: &str = r#""ball": {"type": "sphere""#;
-    // As a number, the colours of Mitsuba's checkerboard are swapped.
+    // Mitsuba swaps the colours of a checkerboard of numbers.
     let board = r#"{"type": "checkerboard", "color0": 0.1, "color1": 0.9, "to_uv": [{"scale": [4, 4, 1]}]}"#;
     let mask = format!(
         r#""type": "mask", "opacity": {board}, "n": {{"type": "twosided", "n": {{"type": "diffuse", "reflectance": 0.7}}}}"#
@@ -598,9 +603,10 @@ fn masks_and_panes_around_fog_are_those_of_mitsuba() {
     testkit::z_test::max_abs_z(&zs, 1e-3).unwrap();
 }
 
-/// Optical depth of ones on a grid in the unit cube around the origin, seen along an axis through a larger shape:
-/// straight, turned by 45° (where a window of 0.02 sees √2 − 2|x|), and along bent rays, of which the length in the cube
-/// is that of the straight ones but for the square of their slope (1e-4).
+/// Optical depth of a grid of ones in the unit cube around the origin, seen along an axis through a
+/// larger shape. Cases: straight, rotated by 45° (where a window of 0.02 sees √2 − 2|x|), and along
+/// bent rays. The length of bent rays in the cube differs from straight rays by the square of their
+/// slope (1e-4).
 #[test]
 fn extinctions_end_with_their_grids() {
     let ones = "[[[1, 1], [1, 1]], [[1, 1], [1, 1]]]";

@@ -1,4 +1,4 @@
-//! Shapes that share a part of space, meshes without area, and what is said of them.
+//! Overlapping shapes, meshes without area, and their messages.
 
 use morgana_io::{LoadOptions, Loaded, Severity};
 
@@ -17,7 +17,7 @@ fn load(contents: &str) -> Result<Loaded, String> {
     morgana_io::load_scene(&path, &LoadOptions::default()).map_err(|e| e.to_string())
 }
 
-/// Messages of a severity.
+/// Returns the messages of a severity.
 fn said(loaded: &Loaded, severity: Severity) -> Vec<String> {
     let messages = loaded.warnings.iter();
     let messages = messages.filter(|d| d.severity == severity);
@@ -36,7 +36,7 @@ fn a_mesh_without_area_is_left_out() {
         let expected = "the mesh 'flat' has no triangle of positive area and is left out";
         assert!(warnings.iter().any(|w| w == expected), "{warnings:?}");
     }
-    // A meter of it would read nothing.
+    // A meter on it would read nothing.
     let metered = flat.replace("MORE", "<sensor type='irradiancemeter'/>");
     let error = load(&metered).unwrap_err();
     assert!(
@@ -52,8 +52,9 @@ fn glass(id: &str, x: f64, radius: f64, outer: &str) -> String {
     )
 }
 
-/// Spheres that overlap, deep and at the rim, and one in the other, each with the index of air around, as exporters write it:
-/// the same scene as without it, and a warning that names both, or a note where only the rims overlap.
+/// Spheres that overlap deeply, only at the rim, or completely, each with the surrounding index of
+/// air, as exporters write it. The scene equals the scene without this index. A warning names both
+/// spheres, or a note if only the rims overlap.
 #[test]
 fn glass_with_air_around_may_overlap() {
     let outer = r#"<float name="ext_ior" value="1"/>"#;
@@ -78,7 +79,7 @@ fn glass_with_air_around_may_overlap() {
             says(Severity::Note, &["'a'", "'b'", "overlap"]);
         }
     }
-    // Apart, nothing is said.
+    // Separate spheres give no message.
     let apart = glass("a", 0.0, 1.0, outer) + &glass("b", 3.0, 1.0, outer);
     let loaded = load(&apart).unwrap();
     assert!(loaded.warnings.is_empty(), "{}", loaded.warnings);
@@ -91,7 +92,7 @@ fn cube(id: &str, z: f64, size: f64) -> String {
     )
 }
 
-/// Media that share a part of space draw a note with the rule; nested, touching and separate ones none.
+/// Overlapping media give a note with the rule; nested, touching and separate ones give none.
 #[test]
 fn overlapping_media_draw_a_note() {
     let notes = |scene: &str| said(&load(scene).unwrap(), Severity::Note);

@@ -1,4 +1,5 @@
-//! Parts of renders as files: what is written is read again, and anything else is refused with its reason.
+//! Parts of renders as files: a written part is read back, and any other file is refused with a
+//! reason.
 
 use crate::common;
 use morgana_io::part::{Body, Foreign, Header, Part};
@@ -122,7 +123,7 @@ fn files_that_go_through_a_file_can_be_merged() {
     assert_eq!(merged.header.seconds, 1.5);
 }
 
-/// Every byte of a file, changed in one bit and in all.
+/// Changes every byte of a file, in one bit and in all.
 #[test]
 fn damage_is_noticed() {
     for part in [image(0..2), readings(0..64)] {
@@ -230,7 +231,8 @@ fn shards_are_the_whole() {
 proptest! {
     #![proptest_config(common::inputs())]
 
-    /// Whoever forges the checksum, too, gets an error or a part, and no more memory than the file's size explains.
+    /// Files with a forged checksum give an error or a part, and take no more memory than their
+    /// size justifies.
     #[test]
     fn forged_files_do_no_harm(at in any::<prop::sample::Index>(), bytes in prop::collection::vec(any::<u8>(), 1..20)) {
         let original = image(0..2).to_bytes();

@@ -1,4 +1,4 @@
-//! Indices that follow from densities and pressures.
+//! Indices derived from densities and pressures.
 
 use glam::DVec3;
 use morgana_io::{LoadOptions, Loaded};
@@ -24,7 +24,7 @@ fn load(ior: &str) -> Result<Loaded, String> {
     morgana_io::load_scene(&path, &LoadOptions::default()).map_err(|d| d.to_string())
 }
 
-/// A volume as `ior` with parameters `name=value` in the tags given.
+/// A volume as `ior`, with parameters `name=value` in the given tags.
 fn ior(plugin: &str, parameters: &[(&str, &str, &str)]) -> String {
     let parameter = |(tag, name, value): &(&str, &str, &str)| {
         format!(r#"<{tag} name="{name}" value="{value}"/>"#)
@@ -69,13 +69,13 @@ fn pressures_of_k_wave_become_indices() {
         ("float", "scale", "1e5"),
     ];
     let loaded = load(&ior("pressure", &with(&KWAVE, &law))).unwrap();
-    // Samples of x + 10 y + 100 z sit on the unit cube's corners; single precision of n² − n_ref².
+    // Samples of x + 10 y + 100 z lie on the unit cube's corners; n² − n_ref² has single precision.
     let expected = |p: f64| 1.33 + 1.4e-5 * p;
     assert!((n(&loaded, [0.0, 0.0, 0.0]) - expected(0.0)).abs() < 1e-8);
     assert!((n(&loaded, [1.0, 0.0, 0.0]) - expected(1.0)).abs() < 1e-8);
     assert!((n(&loaded, [0.0, 0.5, 1.0 / 3.0]) - expected(110.0)).abs() < 1e-8);
     assert!((n(&loaded, [1.0, 1.0, 1.0]) - expected(321.0)).abs() < 1e-8);
-    // No sound.
+    // Turn off the sound.
     let silent = [law[0], law[1], ("float", "scale", "0")];
     let loaded = load(&ior("pressure", &with(&KWAVE, &silent))).unwrap();
     assert!(loaded.scene().is_straight());
@@ -94,7 +94,7 @@ fn densities_of_vtk_become_indices_where_the_file_says() {
     // The first and the last sample: see volumes_of_others.rs.
     assert!((n(&loaded, [0.8, -1.0, 1.6]) - expected(0.0)).abs() < 1e-8);
     assert!((n(&loaded, [0.9, -0.6, 2.8]) - expected(321.0)).abs() < 1e-8);
-    // By the wavelength: K of air at 567.7 nm is 2.264e-4, to 1e-3.
+    // With a wavelength: K of air at 567.7 nm is 2.264e-4, to 1e-3.
     let air = [
         vti,
         ("float", "wavelength", "567.7"),
@@ -145,7 +145,7 @@ fn mistakes_are_named() {
         &pressure(&hole, &[]),
         "value NaN at voxel (0, 1, 2) is not finite",
     );
-    // Units: megapascal for pascal in dn/dp, and a file in other units than thought.
+    // Wrong units: megapascal for pascal in dn/dp, and a file in unexpected units.
     let units = [law[0], ("float", "dn_dp", "1.4e-4")];
     refused(
         &ior("pressure", &with(&KWAVE, &units)),
@@ -179,7 +179,7 @@ fn example(name: &str, strength: &str) -> Loaded {
     morgana_io::load_scene(&path.join(name), &options).unwrap_or_else(|d| panic!("{d}"))
 }
 
-/// The jet can be turned off, and its index fits that of the air around: no scene has a warning.
+/// The jet can be turned off, and its index matches the surrounding air: no scene has a warning.
 #[test]
 fn jets_on_and_off() {
     for name in ["schlieren_jet.xml", "bos_jet.xml"] {

@@ -1,8 +1,9 @@
-//! Emitters, cameras and meters exactly on faces, and surfaces that coincide.
+//! Emitters, cameras and meters exactly on faces, and coincident surfaces.
 //!
-//! Something that looks in some directions only acts on a face as just outside of it: with the same random numbers, readings must
-//! agree to the effect of the distance. A point that radiates in all directions sends each half of its light into the medium
-//! on its own side. Statistical comparisons share a false-alarm rate of 1e-3.
+//! An object that acts in some directions only behaves on a face as just outside it: with common
+//! random numbers, readings must agree to the effect of the distance. A point that radiates in all
+//! directions sends each half of its light into the medium on its own side. Statistical comparisons
+//! share a false-alarm rate of 1e-3.
 
 use morgana_io::{LoadOptions, Loaded, Run};
 use std::fs;
@@ -11,9 +12,9 @@ use testkit::z_test::max_abs_z;
 use transport::meter::Meter;
 use transport::render::{Handle, MeasureOptions, Measurement, measure};
 
-/// Relative distance from a face that counts as the limit of none.
+/// Small relative distance from a face, for the limit of zero distance.
 const NEAR: f64 = 1e-9;
-/// Relative distances that count as none.
+/// Relative distances that count as zero.
 const ON_FACE: [f64; 3] = [0.0, 1e-12, -1e-12];
 const FAMILY: f64 = 1e-3;
 
@@ -54,7 +55,7 @@ fn assert_same(found: &[f64], expected: &[f64], what: &str) {
     );
 }
 
-/// A body of size 10 or so whose face at z = 0 the axis x = y = 0.3 meets, with the medium inside.
+/// Bodies of size about 10 whose face at z = 0 meets the axis x = y = 0.3, with the medium inside.
 fn bodies(n: f64) -> Vec<(&'static str, String)> {
     let medium = format!(
         r#""interior": {{"type": "homogeneous", "sigma_a": 0.3, "sigma_s": 2.0, "ior": {n}, "phase": {{"type": "hg", "g": 0.5}}}}"#
@@ -151,14 +152,14 @@ fn directed_emitters_on_faces_act_as_from_outside() {
 fn a_point_on_a_face_sends_half_of_its_light_to_either_side() {
     let mut zs = Vec::new();
     for (body, shape) in bodies(1.5) {
-        // So dark that nothing gets out again.
+        // Make the medium so dark that nothing leaves it.
         let dark = shape.replace(
             "\"sigma_a\": 0.3, \"sigma_s\": 2.0",
             "\"sigma_a\": 1e9, \"sigma_s\": 0.0",
         );
         let dark = dark.replace("[0.3, 2.0, 0.5", "[1e9, 0.0, 0.5");
         let mut places: Vec<([f64; 3], f64)> = match body {
-            "sphere" => Vec::new(), // Its inside is not on one side of a plane.
+            "sphere" => Vec::new(), // The inside of a ball is not on one side of a plane.
             _ => ON_FACE
                 .map(|offset| ([0.3, 0.3, 10.0 * offset], 0.5))
                 .into(),
@@ -187,7 +188,7 @@ fn a_point_on_a_face_sends_half_of_its_light_to_either_side() {
     max_abs_z(&zs, FAMILY).unwrap();
 }
 
-/// The mean of a small picture, and its standard error.
+/// Returns the mean of a small image, and its standard error.
 fn picture(text: &str, samples: u64) -> (f64, f64) {
     let loaded = load(text);
     let run = Run {
@@ -197,7 +198,8 @@ fn picture(text: &str, samples: u64) -> (f64, f64) {
     run.render().unwrap().film.summary()
 }
 
-/// Cameras that look from a face through an absorber of optical depth 2 at a white sky: e⁻² in every pixel.
+/// Cameras on a face that look through an absorber of optical depth 2 at a white sky see e⁻² in
+/// every pixel.
 #[test]
 fn cameras_on_faces_see_the_medium() {
     let film =
@@ -243,7 +245,8 @@ fn cameras_on_faces_see_the_medium() {
     max_abs_z(&zs, FAMILY).unwrap();
 }
 
-/// A point on a face of haze, matched and refracting, seen from inside by three estimators: single scattering.
+/// Single scattering of a point light on a face of haze, matched and refracting, seen from inside
+/// by three estimators.
 #[test]
 fn estimators_agree_on_a_point_on_a_face() {
     let mut zs = Vec::new();
@@ -270,8 +273,8 @@ fn estimators_agree_on_a_point_on_a_face() {
     max_abs_z(&zs, FAMILY).unwrap();
 }
 
-/// Objects that coincide: a block, a null box of its size, a null inclusion that shares its top, a second block that
-/// shares its right face, a disk under the beam and a meter on the top.
+/// Coincident objects: a block, a null box of equal size, a null inclusion that shares its top, a
+/// second block that shares its right face, a disk under the beam and a meter on the top.
 ///
 /// `moved` is a list of transforms, each after a comma, that all of them share.
 fn coincident(moved: &str) -> Vec<(&'static str, String)> {
@@ -342,14 +345,14 @@ fn coincident(moved: &str) -> Vec<(&'static str, String)> {
     ]
 }
 
-/// A scene of parts in an order.
+/// A scene of parts in a given order.
 fn scene_of(parts: &[(&str, String)]) -> String {
     let part = |(name, part): &(&str, String)| format!("\"{name}\": {part}");
     let parts = parts.iter().map(part).collect::<Vec<_>>().join(",\n");
     format!(r#"{{"type": "scene", "integrator": {{"type": "particle"}}, {parts}}}"#)
 }
 
-/// All readings of a scene of parts in an order.
+/// All readings of a scene of parts in a given order.
 fn readings(parts: &[(&str, String)], particles: u64) -> Vec<(String, Vec<f64>)> {
     let text = scene_of(parts);
     let loaded = load(&text);
@@ -368,7 +371,7 @@ fn readings(parts: &[(&str, String)], particles: u64) -> Vec<(String, Vec<f64>)>
     all
 }
 
-/// A permutation of so many things, the k-th of many.
+/// Returns a permutation of the things; `k` selects it.
 fn permuted<T: Clone>(things: &[T], k: usize) -> Vec<T> {
     let mut left: Vec<T> = things.to_vec();
     let mut number = k.wrapping_mul(7919);
@@ -395,7 +398,8 @@ fn the_order_of_coincident_objects_does_not_matter() {
     }
 }
 
-/// Turned, shifted and in another order: the same within errors, since directions are sampled about other axes.
+/// Readings do not depend on rotation, translation and order, within errors, because directions are
+/// sampled about other axes.
 #[test]
 fn coincident_objects_may_be_turned_and_shifted() {
     let power = |parts: &[(&str, String)]| {
@@ -424,7 +428,7 @@ fn coincident_objects_may_be_turned_and_shifted() {
         );
         let found = power(&permuted(&coincident(&moved), k));
         for ((mean, error), (other, deviation)) in found.iter().zip(&expected) {
-            // All light passes the disk and the top on its way in.
+            // All light passes the disk and the top when it enters.
             let error = error.hypot(*deviation).max(1e-6);
             zs.push((mean - other) / error);
         }
@@ -432,7 +436,7 @@ fn coincident_objects_may_be_turned_and_shifted() {
     max_abs_z(&zs, FAMILY).unwrap();
 }
 
-/// Sheets that let light through, exactly on a wall or on one another: light meets both, as it does where they are apart.
+/// Light meets transmitting sheets exactly on a wall or on one another as if they were apart.
 #[test]
 fn sheets_that_let_light_through_do_not_hide_what_they_lie_on() {
     let rectangle = |y: f64, size: f64, bsdf: &str| {

@@ -1,4 +1,5 @@
-//! Quantities of sensor rays and second moments: what scenes ask for, what images have, and numbers beside Mitsuba's.
+//! Quantities of sensor rays and second moments: requests of scenes, channels of images, and
+//! numbers compared with Mitsuba.
 
 use glam::DVec3;
 use morgana_io::image::exr;
@@ -65,7 +66,7 @@ fn render(loaded: &Loaded) -> Rendering {
     Run::new(loaded).render().unwrap()
 }
 
-/// The channels of the image file of a scene, those but of light and its numbers.
+/// Returns the channels of the image file of a scene, except channels of light and its statistics.
 fn channels(loaded: &Loaded) -> BTreeSet<String> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("image.exr");
@@ -95,7 +96,7 @@ fn set(names: &[&str]) -> BTreeSet<String> {
     names.iter().map(|name| (*name).to_owned()).collect()
 }
 
-/// As Mitsuba's `aov_names()` has them, but for those of the nested image.
+/// Names agree with Mitsuba's `aov_names()`, except for names of the nested image.
 #[test]
 fn channels_are_named_as_in_mitsuba() {
     let list = "dd.y:depth,nn:sh_normal,al:albedo,p:position,t:uv,g:geo_normal,u:dp_du,v:dp_dv,i:prim_index,s:shape_index";
@@ -106,7 +107,7 @@ fn channels_are_named_as_in_mitsuba() {
     let mut all = set(&expected);
     all.extend(expected.map(|name| format!("variance.{name}")));
     assert_eq!(channels(&accepted(&aov(list, PATH))), all);
-    // Alone, they are the image.
+    // Without a nested integrator, the quantities are the image.
     let alone = accepted(&aov(list, ""));
     assert!(!alone.renderer.is_light());
     assert_eq!(
@@ -138,7 +139,7 @@ fn own_quantities_have_plain_names_or_others() {
     let alone = accepted(&aov("bent:deflection, optical_length, d:depth", ""));
     let all = ["valid", "bent.X", "bent.Y", "optical_length", "d.T"];
     assert_eq!(alone.channel_names, all);
-    // Without a list all of the way, and of an empty one nothing.
+    // Without a list, all quantities of the path are rendered; an empty list gives none.
     let unlisted = accepted(&format!("<integrator type=\"aov\">{PATH}</integrator>"));
     assert_eq!(unlisted.quantity_names.len(), 10);
     assert!(unlisted.quantities.is_some());
@@ -155,7 +156,7 @@ fn second_moments_have_layers() {
     );
     let unnamed = accepted(&moment("<integrator type=\"path\"/>"));
     assert_eq!(unnamed.moment.as_deref(), Some("m2"));
-    // In whichever order they are nested: moments are those of what is within.
+    // Integrators may be nested in either order: moments describe the nested content.
     let depth = set(&["d.T", "variance.d.T", "m2_img.R", "m2_img.G", "m2_img.B"]);
     assert_eq!(channels(&accepted(&aov("d:depth", &moment(PATH)))), depth);
     let mut both = depth;
@@ -165,7 +166,7 @@ fn second_moments_have_layers() {
     assert_eq!(alone, set(&["d.T", "variance.d.T", "m2_d.T"]));
 }
 
-/// Second moments of quantities are those of their own channels.
+/// Second moments of quantities belong to their own channels.
 #[test]
 fn second_moments_are_of_their_channels() {
     let loaded = accepted(&moment(&aov("steps, p:position, d:depth", PATH)));
@@ -209,7 +210,7 @@ fn second_moments_are_of_their_channels() {
     }
 }
 
-/// The picture is that of the nested integrator, bit for bit.
+/// The image of the nested integrator is unchanged, bit for bit.
 #[test]
 fn pictures_stay_as_they_are() {
     let plain = render(&accepted(PATH));
@@ -282,7 +283,8 @@ fn mistakes_are_told() {
     );
 }
 
-/// Of colours red, green and blue, of luminance the same in all three, as in Mitsuba's monochromatic variants; alone or beside light.
+/// On films of colours the albedo is red, green and blue. On films of luminance all three are
+/// equal, as in Mitsuba's monochromatic variants. Tested alone and beside light.
 #[test]
 fn albedos_are_colours() {
     for nested in [PATH, ""] {
@@ -302,7 +304,8 @@ fn albedos_are_colours() {
     }
 }
 
-/// What Mitsuba 3.9.1 finds along single rays (`data/aovs_mitsuba.py`), which computes in single precision.
+/// Values of single rays by Mitsuba 3.9.1 (`data/aovs_mitsuba.py`), which computes in single
+/// precision.
 #[test]
 fn first_surfaces_are_those_of_mitsuba() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data");

@@ -1,4 +1,4 @@
-//! Asking objects for parameters and children, and what is reported when they are wrong.
+//! Queries of objects for parameters and children, and the messages for mistakes.
 
 use crate::common::{child, object, read};
 use glam::{DMat4, DVec3};
@@ -7,7 +7,7 @@ use morgana_io::query::{Input, misplaced_plugin};
 use morgana_io::schema::NumberRange;
 use morgana_io::{Diagnostics, FileRegistry, PluginKind, Query, Severity, SpectrumValue, xml};
 
-/// Asks an object and returns the messages as `line:column severity message | help`.
+/// Queries an object. Returns the messages as `line:column severity message | help`.
 fn ask(text: &str, questions: impl FnOnce(Query<'_, '_>)) -> Vec<String> {
     let object = object(text);
     let mut diagnostics = Diagnostics::new();
@@ -70,14 +70,14 @@ fn defaults_for_values_that_are_not_there() {
     assert_eq!(messages, [""; 0]);
 }
 
-/// Defaults of parameters stand in the table of plugins.
+/// The table of plugins contains the defaults of parameters.
 #[test]
 fn defaults_of_the_table() {
     let messages = ask("<film type='hdrfilm'/>", |mut q| {
         assert_eq!(q.integer("width"), 768);
         assert_eq!(q.word("pixel_format"), "rgb");
         assert!(q.boolean("sample_border") && !q.boolean("reweight"));
-        // Depends on other parameters: what asks knows it.
+        // The default depends on other parameters, which the caller knows.
         assert_eq!(q.integer_or("crop_width", 7), 7);
     });
     assert_eq!(messages, [""; 0]);
@@ -92,7 +92,7 @@ fn defaults_of_the_table() {
     assert_eq!(messages, [""; 0]);
 }
 
-/// After an error the default takes the place of the value.
+/// After an error, the default replaces the value.
 #[test]
 fn limits_of_the_table() {
     let text = "<shape type='cylinder'><float name='radius' value='0'/></shape>";
@@ -221,7 +221,7 @@ fn children_by_kind_and_by_role() {
     let bsdf = q.required_child(PluginKind::Bsdf).unwrap();
     assert_eq!(q.children(PluginKind::Emitter).len(), 1);
     q.finish(&[]);
-    // Children outlive the query, so that assembly can go on with them.
+    // Children outlive the query, so that assembly can use them.
     assert_eq!(bsdf.plugin, "null");
     assert!(diagnostics.is_empty(), "{diagnostics}");
 }
@@ -323,7 +323,7 @@ fn the_number_of_messages_is_bounded() {
     let mut diagnostics = Diagnostics::new();
     let error = |i: usize| morgana_io::Diagnostic::error(format!("e{i}"));
     (0..250).for_each(|i| diagnostics.push(error(i)));
-    // What was said already is not said again.
+    // Messages are not repeated.
     diagnostics.push(error(7));
     assert_eq!(diagnostics.iter().count(), 100);
     assert_eq!(diagnostics.error_count(), 250);

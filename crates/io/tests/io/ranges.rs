@@ -1,8 +1,8 @@
-//! Values that nothing physical has are errors that name the range.
+//! Values without a physical meaning are errors that state the range.
 
 use morgana_io::{LoadOptions, load_scene};
 
-/// What is wrong with a scene of a camera in front of these things.
+/// Returns the messages for a scene of a camera in front of these things.
 fn said(content: &str) -> String {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("scene.xml");

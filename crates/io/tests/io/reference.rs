@@ -1,9 +1,10 @@
-//! Whole renders against Mitsuba 3 and a light tracer (`data/README.md`), scene files unmodified.
+//! Whole renders, compared with Mitsuba 3 and a light tracer (`data/README.md`), with unmodified
+//! scene files.
 //!
-//! Pixels are averaged over blocks of 8 × 8, so that with the few samples of a test the means are
-//! close to normal; each channel of each block is compared by z-test at a family-wise false-alarm
-//! rate of 1e-4 per image, and the mean of z² over the blocks must be that of a normal distribution
-//! within four of its standard errors. `MORGANA_LONG_TESTS=1` takes 16 times as many samples.
+//! Pixels are averaged over blocks of 8 × 8, so that means are close to normal with the few samples
+//! of a test. Each channel of each block is compared by z-test at a family-wise false-alarm rate of
+//! 1e-4 per image. The mean of z² over the blocks must agree with a normal distribution within four
+//! of its standard errors. `MORGANA_LONG_TESTS=1` takes 16 times as many samples.
 
 use morgana_io::npy::{self, NpyData};
 use std::ops::ControlFlow;
@@ -14,8 +15,9 @@ use transport::render::{RenderOptions, Rendering, render};
 const SIZE: usize = 96;
 const BLOCK: usize = 8;
 const FAMILY: f64 = 1e-4;
-/// Blocks dimmer than this share of the image's mean are pooled into one comparison: where few paths
-/// bring light, as at the edges of a thin fog, means of a test's few samples are far from normal.
+/// Blocks dimmer than this fraction of the image's mean are pooled into one comparison. Where few
+/// paths carry light, as at the edges of a thin fog, means of a test's few samples are far from
+/// normal.
 const DIM: f64 = 0.15;
 
 fn data(name: &str) -> PathBuf {
@@ -66,7 +68,7 @@ fn shoot(loaded: &morgana_io::Loaded, samples: u64, seed: u64) -> Rendering {
 /// Block means of a channel and their variances.
 type Blocks = Box<dyn Fn(usize) -> (Vec<f64>, Vec<f64>)>;
 
-/// By the path tracer, whose pixels are independent.
+/// Renders by the path tracer, whose pixels are independent.
 fn by_paths(scene: &str, samples: u64) -> Blocks {
     let rendering = shoot(&load(scene, None), samples, 1);
     let wide = |values: Vec<f32>| -> Vec<f64> { values.into_iter().map(f64::from).collect() };
@@ -74,9 +76,10 @@ fn by_paths(scene: &str, samples: u64) -> Blocks {
     Box::new(move |c| (blocks(&mean, c), of_means(blocks(&variance, c))))
 }
 
-/// By an estimator that contributes to many pixels at once, which are not independent then: the variance
-/// is that between renders of one sample with different seeds. With 64 of them what is taken as a
-/// normal distribution is Student's, and false alarms are 1e-3 rather than 1e-4 per image.
+/// Renders by an estimator that contributes to many pixels at once, so that pixels are correlated.
+/// The variance comes from renders of one sample with different seeds. With 64 renders, z follows
+/// Student's distribution instead of a normal one, and false alarms are 1e-3 instead of 1e-4 per
+/// image.
 fn by_batches(scene: &str, integrator: &str) -> Blocks {
     const BATCHES: u64 = 64;
     let loaded = load(scene, Some(integrator));
@@ -97,13 +100,13 @@ fn by_batches(scene: &str, integrator: &str) -> Blocks {
     })
 }
 
-/// Variances of block means from the means of pixels' variances.
+/// Variances of block means, from the means of pixels' variances.
 fn of_means(variances: Vec<f64>) -> Vec<f64> {
     let area = (BLOCK * BLOCK) as f64;
     variances.into_iter().map(|v| v / area).collect()
 }
 
-/// Compares a scene's blocks to those of a reference in as many channels as differ.
+/// Compares a scene's blocks with a reference, in `channels` different channels.
 fn compare(scene: &str, ours: Blocks, reference: &str, channels: usize) {
     let theirs = image(reference);
     let square: Vec<f64> = image(&format!("{reference}_se"))
@@ -152,7 +155,8 @@ fn check(scene: &str, reference: &str, channels: usize, samples: u64) {
 
 #[test]
 fn fog_around_a_point_light() {
-    // With a quarter of the samples, means are far from normal: what scatters near the emitter is rare and bright.
+    // With a quarter of the samples, means are far from normal: scattering near the emitter is rare
+    // and bright.
     check("p1_fog_cube", "p1_fog_cube_lt", 1, 256);
 }
 
@@ -187,7 +191,7 @@ fn heterogeneous_smoke() {
     check("p5_het_smoke", "p5_het_smoke", 1, 64);
 }
 
-/// Only some of the scenes unless there is time.
+/// Render only some of the scenes, except in long tests.
 #[test]
 fn bidirectionally() {
     let scenes = [

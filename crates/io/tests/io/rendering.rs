@@ -1,10 +1,10 @@
-//! What typical mistakes look like on a terminal.
+//! Appearance of typical mistakes on a terminal.
 
 use morgana_io::diagnostic::Style;
 use morgana_io::query::misplaced_plugin;
 use morgana_io::{Diagnostic, Diagnostics, ObjectDescription, PluginKind, Query, xml};
 
-/// A small scene with mistakes in plugin, parameters and values, and the messages about it.
+/// Renders the messages for a small scene with mistakes in plugin, parameters and values.
 fn render(text: &str, style: Style) -> String {
     let mut diagnostics = Diagnostics::new();
     if let Some(scene) = xml::parse(text, "scene.xml", &[], &mut diagnostics) {

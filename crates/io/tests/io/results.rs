@@ -1,14 +1,16 @@
-//! Small renders by all estimators: what they give is part of every checkpoint and shard, lest parts of different builds be added
-//! up. A change of results is no mistake, but must not go unnoticed: set [`RESULTS`] to what this test says, and say why.
+//! Results of small renders by all estimators. Every checkpoint and shard stores their version, so
+//! that parts of different builds are not added up. A change of results is no mistake, but must not
+//! pass unnoticed: set [`RESULTS`] to the value that this test prints, and give the reason.
 //!
-//! Values count to five digits, so that nothing depends on the last bits of a processor's arithmetic.
+//! Values are compared to five digits, so that nothing depends on the last bits of a processor's
+//! arithmetic.
 
 use morgana_io::{Diagnostics, LoadOptions, Loaded, xml};
 use std::ops::ControlFlow;
 use transport::meter::Meter;
 use transport::render::{Handle, MeasureOptions, RESULTS, RenderOptions, measure, render};
 
-/// A lens of fog, a ball of glass and a wall, before a light of each kind.
+/// A lens of fog, a glass ball and a wall, in front of a light of each kind.
 const SCENE: &str = r#"<scene version="3.0.0">
   <integrator type="path"/>
   <sensor type="perspective"><float name="fov" value="40"/>
@@ -62,7 +64,7 @@ fn load(text: &str, options: &LoadOptions) -> Loaded {
     morgana_io::assemble(&scene, options, diagnostics).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// The beginning of a hash of numbers, to five digits.
+/// Returns the beginning of a hash of numbers, to five digits.
 fn fingerprint<'a>(values: impl Iterator<Item = &'a f64>) -> String {
     let mut hash = blake3::Hasher::new();
     for value in values {
@@ -83,7 +85,7 @@ fn picture(integrator: &str) -> String {
     fingerprint(mean.iter())
 }
 
-/// What the only meter of a scene reads, means and errors.
+/// Returns means and errors of the only meter of a scene.
 fn readings(text: &str) -> String {
     let loaded = load(text, &LoadOptions::default());
     let meters: Vec<Meter> = loaded.instruments.iter().map(|i| i.meter.clone()).collect();

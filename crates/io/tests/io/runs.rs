@@ -1,4 +1,4 @@
-//! What is computed of a scene, and what is refused.
+//! Requested outputs of a scene, and refused ones.
 
 use morgana_io::{Limits, LoadOptions, Loaded, Refusal, Run};
 use std::time::Duration;

@@ -1,4 +1,4 @@
-//! Samplers in scene files: which samples belong together, and how many there are.
+//! Samplers in scene files: replicates and numbers of samples.
 
 use morgana_io::{Diagnostics, LoadOptions, Loaded};
 use transport::sampling::Replicates;
@@ -7,7 +7,7 @@ fn load(integrator: &str, sampler: &str, samples: Option<u64>) -> Loaded {
     load_with(integrator, sampler, ("", ""), samples)
 }
 
-/// With more parameters of the sampler and of the film.
+/// Loads a scene with further parameters of the sampler and of the film.
 fn load_with(integrator: &str, sampler: &str, more: (&str, &str), samples: Option<u64>) -> Loaded {
     let options = LoadOptions {
         samples,

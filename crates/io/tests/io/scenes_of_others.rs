@@ -1,4 +1,5 @@
-//! What scene files of Mitsuba say beside what is rendered: folders, nested integrators, references, and what is ignored.
+//! Content of Mitsuba's scene files beside the rendered scene: folders, nested integrators,
+//! references, and ignored parts.
 
 use morgana_io::{Diagnostics, LoadOptions, Loaded, load_scene};
 use std::fs;
@@ -8,7 +9,7 @@ use transport::renderer::Renderer;
 /// A square, facing +z.
 const SQUARE: &str = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3 4\n";
 
-/// Writes files, and loads `scenes/main.xml` of a folder of their own.
+/// Writes files into a temporary folder, and loads `scenes/main.xml`.
 fn load_files(files: &[(&str, &str)]) -> Result<Loaded, Diagnostics> {
     let folder = tempfile::tempdir().unwrap();
     for (name, text) in files {
@@ -45,7 +46,8 @@ fn topics(loaded: &Loaded) -> Vec<&'static str> {
     loaded.differences.iter().map(|d| d.topic).collect()
 }
 
-/// A mesh that a fragment names lies beside the fragment, beside the main scene, or in a folder that a `<path>` names.
+/// A mesh named in a fragment is found beside the fragment, beside the main scene, or in a folder
+/// that a `<path>` names.
 #[test]
 fn files_are_looked_for_in_three_places() {
     let main = |path: &str| {
@@ -79,7 +81,7 @@ fn files_are_looked_for_in_three_places() {
     assert!(error.contains("parts/square.obj: cannot read"), "{error}");
 }
 
-/// The nearest file wins, then the folder named last.
+/// The nearest file takes precedence, then the folder named last.
 #[test]
 fn the_nearest_file_is_read() {
     let main = format!(
@@ -113,7 +115,7 @@ fn a_folder_that_is_none_is_an_error() {
     assert!(error.contains("too many folders"), "{error}");
 }
 
-/// Integrators that show what others find, and more, render the first of these.
+/// Integrators that wrap others and add outputs render the first nested one.
 #[test]
 fn nested_integrators_render() {
     let direct =
@@ -146,7 +148,7 @@ fn nested_integrators_render() {
     assert_eq!(path_tracer(&nested("aov", &aovs)), Some(7));
     let deep = format!("<integrator type='aov'>{aovs}</integrator>");
     assert_eq!(path_tracer(&nested("moment", &deep)), Some(7));
-    // Without any, aov has quantities of its own.
+    // Without a nested integrator, aov renders its own quantities.
     let own = "<integrator type='aov'><string name='aovs' value='deflection'/></integrator>";
     assert!(!load(&format!("{own}{CAMERA}{LIGHT}")).renderer.is_light());
 }
@@ -164,7 +166,7 @@ fn an_integrator_that_holds_none_is_an_error() {
     );
 }
 
-/// What is defined at top level for others to refer to is no part of the scene by itself.
+/// Objects defined at top level for references are not part of the scene by themselves.
 #[test]
 fn definitions_are_referred_to() {
     let loaded = load(
@@ -181,7 +183,8 @@ fn definitions_are_referred_to() {
     assert!(unused.contains("belongs inside the shape"), "{unused}");
 }
 
-/// What changes no picture is accepted; what Mitsuba ignores without a word is warned of.
+/// Parameters without effect on the image are accepted; those that Mitsuba ignores silently cause a
+/// warning.
 #[test]
 fn what_changes_nothing_is_accepted() {
     let loaded = load(
@@ -209,7 +212,7 @@ fn what_changes_nothing_is_accepted() {
     assert!(warnings.contains("belongs into the film"), "{warnings}");
 }
 
-/// Heights that are no image have no slope, and the scene says so.
+/// Heights that are not an image have no slope, which is reported.
 #[test]
 fn heights_without_slopes() {
     let bump = "<bsdf type='bumpmap'><texture type='checkerboard'/><float name='scale' value='2'/><bsdf type='diffuse'/></bsdf>";
@@ -223,7 +226,7 @@ fn heights_without_slopes() {
     );
 }
 
-/// Glass is glass under a map of normals: the matter in it has its index.
+/// Glass under a normal map is still glass: the medium inside has its index.
 #[test]
 fn maps_of_normals_keep_indices() {
     let index = |bsdf: &str| {
@@ -239,7 +242,7 @@ fn maps_of_normals_keep_indices() {
     assert_eq!([index(glass), index(&map)], [1.8, 1.8]);
 }
 
-/// A map without a bsdf is one mistake, told once.
+/// A map without a bsdf is a single mistake, reported once.
 #[test]
 fn a_map_of_nothing_is_one_error() {
     let map = "<bsdf type='bumpmap'><texture type='checkerboard'/></bsdf>";
@@ -250,7 +253,7 @@ fn a_map_of_nothing_is_one_error() {
     assert_eq!(errors.error_count(), 1, "{errors}");
 }
 
-/// Parameters of Mitsuba that change no picture, in scenes of version 3.
+/// Parameters of Mitsuba without effect on the image, in scenes of version 3.
 #[test]
 fn parameters_that_change_no_picture() {
     let loaded = load(
@@ -274,7 +277,8 @@ fn parameters_that_change_no_picture() {
     }
 }
 
-/// The camera that Mitsuba 0.6 makes: 45° wide, along +z, from where the larger of width and height of all fills the view.
+/// Mitsuba 0.6's default camera: 45° wide, along +z, from where the larger of total width and
+/// height fills the view.
 #[test]
 fn a_scene_without_a_sensor_is_seen() {
     let loaded = load(
@@ -299,7 +303,7 @@ fn a_scene_without_a_sensor_is_seen() {
     assert_eq!(origin, glam::DVec3::ZERO);
 }
 
-/// A beam without a radius is thin, and has the power that it is said to have.
+/// A beam without a radius is thin, and has the stated power.
 #[test]
 fn a_beam_without_a_radius_is_thin() {
     use transport::emitter::Emitter;
@@ -318,7 +322,8 @@ fn a_beam_without_a_radius_is_thin() {
     assert!(note.contains("a beam without a 'radius'"), "{note}");
 }
 
-/// The film of a meter of Mitsuba may have pixels: they have no effect, and a warning if there are several.
+/// The film of a Mitsuba meter may have pixels. They have no effect, and cause a warning if there
+/// are several.
 #[test]
 fn films_of_meters_have_pixels() {
     let meter = |film: &str| {
@@ -343,7 +348,8 @@ fn films_of_meters_have_pixels() {
     assert_eq!(loaded.instruments.len(), 1);
 }
 
-/// A file that is nowhere else is looked for in the current folder: that of the crate, for tests of it.
+/// A file that is nowhere else is looked for in the current folder, which is the crate's folder in
+/// tests.
 #[test]
 fn files_in_the_current_folder_are_found_last() {
     let include = "<include filename='tests/data/part_of_a_scene.xml'/>";
@@ -351,7 +357,8 @@ fn files_in_the_current_folder_are_found_last() {
     assert_eq!(loaded.scene().objects().len(), 1);
 }
 
-/// Hair is as thick as it says, times the scale of its transform: a strand along x from 0 to 1, of radius 0.1.
+/// Hair has the stated thickness times the scale of its transform: a strand along x from 0 to 1, of
+/// radius 0.1.
 #[test]
 fn hair_is_scaled_with_its_radius() {
     let text = format!(
@@ -371,6 +378,6 @@ fn hair_is_scaled_with_its_radius() {
         "{half}"
     );
     let area = loaded.scene().objects()[0].shape.area();
-    // Two balls that are swept along lines overlap at the joint: some of their surfaces lie inside.
+    // Two balls swept along lines overlap at the joint, so that some of their surface lies inside.
     assert!(area > std::f64::consts::TAU * 0.2 * 2.0, "{area}");
 }

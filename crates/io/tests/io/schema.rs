@@ -1,12 +1,12 @@
-//! The table of plugins against the code that asks for their parameters, and as JSON Schema.
+//! The table of plugins, compared with the code that queries their parameters, and as JSON Schema.
 //!
-//! That the table lists all that is asked for is checked by every other test: `Query` asserts it.
+//! Every other test checks that the table lists all queried parameters: `Query` asserts it.
 
 use morgana_io::schema::{self, NumberRange, Parameter, Plugin, Type};
 use morgana_io::{Diagnostics, LoadOptions, PluginKind, json};
 use std::ops::Bound;
 
-/// A scene that holds an object where it belongs.
+/// A scene that places an object of a kind.
 fn scene(kind: PluginKind, plugin: &str, object: &str) -> String {
     let sensor = r#""sensor": {"type": "perspective", "fov": 40}"#;
     let volume = |role: &str, volume: &str| {
@@ -57,7 +57,7 @@ fn scene(kind: PluginKind, plugin: &str, object: &str) -> String {
     format!(r#"{{"type": "scene", {contents}}}"#)
 }
 
-/// What is wrong with a scene.
+/// Returns the messages of a scene.
 fn complaints(text: &str) -> Vec<String> {
     let mut diagnostics = Diagnostics::new();
     let description = json::parse(text, "scene.json", &[], &mut diagnostics);
@@ -88,7 +88,7 @@ fn value(parameter: &Parameter, variant: usize) -> String {
     }
 }
 
-/// A number within limits: 1, or the end that is nearest to it.
+/// A number within limits: 1, or the nearest limit.
 fn number(limits: NumberRange) -> f64 {
     match (limits.low, limits.high) {
         (Bound::Included(low), _) if low > 1.0 => low,
@@ -99,7 +99,7 @@ fn number(limits: NumberRange) -> f64 {
 }
 
 fn object(plugin: &Plugin, variant: usize) -> String {
-    // A place may rule out a position or direction.
+    // A transform may exclude a position or direction.
     let placed = |p: &&Parameter| variant.is_multiple_of(2) || p.value != Type::Transform;
     let parameters = plugin.parameters().filter(placed);
     let pairs = parameters.map(|p| format!(", \"{}\": {}", p.name, value(p, variant)));
@@ -110,7 +110,7 @@ fn object(plugin: &Plugin, variant: usize) -> String {
     )
 }
 
-/// Parameters that rule each other out are accepted in one variant at least.
+/// Mutually exclusive parameters are accepted in at least one variant.
 #[test]
 fn every_parameter_of_the_table_is_one() {
     for kind in PluginKind::ALL
@@ -149,8 +149,8 @@ fn every_parameter_of_the_table_is_one() {
     }
 }
 
-/// Numbers just outside the limits of the table are refused, by name, in one variant at least: others rule the
-/// parameter out.
+/// Numbers just outside the limits of the table are refused by name, in at least one variant; in
+/// others another parameter excludes them.
 #[test]
 fn limits_of_the_table_are_those_of_scenes() {
     let (mut count, mut accepted) = (0, Vec::new());
@@ -182,7 +182,7 @@ fn limits_of_the_table_are_those_of_scenes() {
     }
     assert!(count > 200, "{count}");
     accepted.dedup();
-    // Read only with a nested integrator, mode or volume.
+    // These are read only with a nested integrator, mode or volume.
     let unread = [
         "integrator tagged: wavelength",
         "integrator tagged: orders",
@@ -194,7 +194,7 @@ fn limits_of_the_table_are_those_of_scenes() {
     assert_eq!(accepted, unread);
 }
 
-/// An object with a number and with what it needs besides.
+/// An object with a number and with the content that it requires.
 fn alone(plugin: &Plugin, parameter: &Parameter, number: f64) -> String {
     let needed = plugin
         .parameters()
@@ -208,7 +208,7 @@ fn alone(plugin: &Plugin, parameter: &Parameter, number: f64) -> String {
     )
 }
 
-/// Numbers that lie just outside a parameter's limits.
+/// Numbers just outside a parameter's limits.
 fn outside(parameter: &Parameter) -> Vec<f64> {
     let limits = parameter.limits;
     let step = |end: f64| match parameter.value {
@@ -261,7 +261,7 @@ fn every_child_of_the_table_is_one() {
     }
 }
 
-/// Types that the table does not list are unknown, wherever objects of a kind may be.
+/// Types that the table does not list are unknown, wherever objects of a kind may stand.
 #[test]
 fn types_that_are_not_in_the_table_are_unknown() {
     for kind in PluginKind::ALL {
@@ -303,7 +303,8 @@ mod json_schema {
     use super::*;
     use serde_json::{Value, json};
 
-    /// What a value breaks of a schema, for the keywords that ours uses; by the specification, 2020-12.
+    /// Returns an error if a value violates a schema, for the keywords that morgana's schema uses;
+    /// by the specification, 2020-12.
     fn check(value: &Value, schema: &Value, root: &Value) -> Result<(), String> {
         let Value::Object(keywords) = schema else {
             return match schema {

@@ -1,5 +1,5 @@
-//! Sums over the frames of series in time: of files of every format that has them, in every order of axes, against sums that are
-//! taken here.
+//! Sums over the frames of time series, from files of every supporting format and in every order of
+//! axes, compared with sums computed here.
 
 use hdf5_reader::{ByteOrder, Datatype};
 use hdf5_writer::{DatasetBuilder, Hdf5Builder, Hdf5Writer, WriteOptions};
@@ -12,17 +12,17 @@ use std::path::Path;
 use zip::ZipWriter;
 use zip::write::SimpleFileOptions;
 
-/// Places along x, y, z, and frames.
+/// Numbers of samples along x, y, z, and of frames.
 const SIZE: [usize; 4] = [2, 3, 4, 7];
 const AXES: [char; 4] = ['x', 'y', 'z', 'c'];
-/// The frames that count.
+/// Range of frames that count.
 const USED: std::ops::Range<usize> = 2..6;
 
 fn value([x, y, z, t]: [usize; 4]) -> f64 {
     ((1 + x + 3 * y + 10 * z) as f64).sin() + ((t * t) as f64) * (1 + x + y) as f64
 }
 
-/// The numbers of an array in an order of axes, the first of which is the slowest, and its shape.
+/// Returns an array and its shape for an order of axes, slowest axis first.
 fn array(order: [char; 4]) -> (Vec<f64>, Vec<usize>) {
     let of = |letter| AXES.iter().position(|axis| *axis == letter).unwrap();
     let axes = order.map(of);
@@ -141,7 +141,7 @@ fn sums_of_every_order_of_axes() {
             let series = Series::read(&path(name), options, &mut plan).unwrap();
             check(&series, &format!("{name} {letters}"));
         }
-        // The first index runs fastest: the array of the axes the other way round.
+        // The first index is the fastest: list the axes in reverse.
         let reversed: String = order.iter().rev().collect();
         let options = Options::order(reversed.parse().unwrap());
         let shape: Vec<usize> = shape.into_iter().rev().collect();
@@ -153,7 +153,7 @@ fn sums_of_every_order_of_axes() {
     }
 }
 
-/// Formats that are read whole.
+/// Formats that are read as a whole.
 #[test]
 fn sums_of_other_formats() {
     let (numbers, _) = array(['z', 'y', 'x', 'c']);
@@ -172,7 +172,7 @@ fn sums_of_other_formats() {
     }
 }
 
-/// What is not finite is refused where it counts.
+/// Values that are not finite are refused within the used frames.
 #[test]
 fn values_that_are_not_finite() {
     let order = ['c', 'z', 'y', 'x'];

@@ -1,4 +1,4 @@
-//! Surfaces that are shaded by normals of their own: means over the image beside those of Mitsuba 3.9.1.
+//! Surfaces with shading normals: means over the image, compared with Mitsuba 3.9.1.
 //!
 //! False alarms: 1e-3 for each test over all its comparisons, with fixed seeds.
 
@@ -54,7 +54,7 @@ fn icosahedron() -> ([[f64; 3]; 12], [[usize; 3]; 20]) {
     (corners.map(|c| c.map(|x| x / length)), faces)
 }
 
-/// As an OBJ file, with the normals of the ball around it or without any.
+/// An OBJ file, with the normals of the surrounding ball or without normals.
 fn obj(with_normals: bool) -> String {
     let (corners, faces) = icosahedron();
     let mut text = String::new();
@@ -77,7 +77,7 @@ fn obj(with_normals: bool) -> String {
     text
 }
 
-/// A ball of so few triangles over a floor, under an area light and a sky.
+/// A ball of 20 triangles over a floor, under an area light and a sky.
 fn scene(bsdf: &str) -> String {
     format!(
         r#"<scene version="3.0.0"><integrator type="path"/>
@@ -139,8 +139,8 @@ fn means_of_a_coarse_ball() {
     max_abs_z(&zs, RATE).unwrap();
 }
 
-/// The normals that files leave out are those that Mitsuba has: here, by symmetry, those of the ball. With
-/// `face_normals` there are none: Mitsuba's mean is 0.23069.
+/// Mitsuba computes normals that files omit; here, by symmetry, they are the normals of the ball.
+/// With `face_normals` there are none: Mitsuba's mean is 0.23069.
 #[test]
 fn normals_of_files_without_any() {
     let bsdf = r#"<bsdf type="diffuse"/>"#;
@@ -152,8 +152,8 @@ fn normals_of_files_without_any() {
     assert!(flat[0] - given[0] > 0.003, "{flat:?} {given:?}");
 }
 
-/// A band around a ball as an OBJ file, of 8 × 4 cells with normals, and with texture coordinates whose lines of equal v lie along
-/// its circles, and those of equal u aslant.
+/// A band around a ball as an OBJ file, of 8 × 4 cells with normals. Lines of constant v of its
+/// texture coordinates follow the band's circles; lines of constant u are oblique.
 fn band(with_texcoords: bool) -> String {
     let mut text = String::new();
     for (r, c) in (0..=4).flat_map(|r| (0..=8).map(move |c| (r, c))) {
@@ -186,8 +186,8 @@ fn band(with_texcoords: bool) -> String {
     text
 }
 
-/// Brushed copper on meshes beside 16 renders of 1024 samples by Mitsuba 3.9.1, where u grows in the direction
-/// of the first side of a triangle without texture coordinates.
+/// Brushed copper on meshes, compared with 16 renders of 1024 samples by Mitsuba 3.9.1. There u
+/// grows along the first side of a triangle without texture coordinates.
 #[test]
 fn brushed_meshes() {
     let cases = [
@@ -253,8 +253,8 @@ fn maps() -> [(&'static str, Vec<u8>); 2] {
     ]
 }
 
-/// Means over the image of eight renders of 400 samples, with their errors. Smooth surfaces are not among them: see
-/// `bump and normal maps` in docs/mitsuba.md.
+/// Means over the image of eight renders of 400 samples, with their errors. Smooth surfaces are
+/// excluded: see `bump and normal maps` in docs/mitsuba.md.
 #[test]
 fn means_under_maps() {
     let texture = |name: &str, file: &str| {

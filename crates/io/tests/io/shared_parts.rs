@@ -1,4 +1,5 @@
-//! Parts that scenes share in memory: meshes and grids, by groups of channels and by scenes of equal content.
+//! Meshes and grids that scenes share in memory, between groups of channels and between scenes of
+//! equal content.
 
 use eikonal::field::Bspline;
 use morgana_io::{LoadOptions, Loaded};
@@ -19,7 +20,8 @@ fn folder() -> TempDir {
     folder
 }
 
-/// Loads a body of a medium with a grid of extinctions, seen at nine wavelengths: three groups of channels.
+/// Loads a body of a medium with a grid of extinctions, seen at nine wavelengths: three groups of
+/// channels.
 fn load(folder: &Path, name: &str, samples: &str, albedo: f64) -> Loaded {
     let text = format!(
         r#"{{"type": "scene", "light": {{"type": "constant"}},
@@ -73,7 +75,7 @@ fn groups_of_channels_share_meshes_and_grids() {
     }
 }
 
-/// A sweep over a parameter holds the data once.
+/// A sweep over a parameter holds its data once.
 #[test]
 fn scenes_with_equal_data_share_them() {
     let folder = folder();
@@ -90,7 +92,7 @@ fn scenes_with_equal_data_share_them() {
     );
     assert!(!Arc::ptr_eq(grid(first.scene()), grid(other.scene())));
     assert!(!ptr::eq(spline(&first), spline(&other)));
-    // The same triangles elsewhere are others.
+    // Equal triangles in another place are other triangles.
     assert!(Arc::ptr_eq(mesh(first.scene()), mesh(other.scene())));
     let flat = "v 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 8\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
     write(folder.path().join("body.obj"), flat).unwrap();

@@ -1,4 +1,4 @@
-//! Sound in scene files: phases in time, means over a period, and mistakes of units.
+//! Sound in scene files: phases in time, means over a period, and mistaken units.
 
 use glam::DVec3;
 use morgana_io::{LoadOptions, Loaded};
@@ -84,7 +84,8 @@ fn mistakes_are_named() {
     );
 }
 
-/// Water: 1480 m/s. In a ball of 2 units, kHz for Hz makes waves too long, metres for micrometres too short.
+/// In water (1480 m/s) and a ball of 2 units, kHz mistaken for Hz makes waves too long, and metres
+/// mistaken for micrometres too short.
 #[test]
 fn waves_that_do_not_fit_draw_a_warning() {
     let warnings = |frequency: f64, speed: f64| {
@@ -103,7 +104,8 @@ fn waves_that_do_not_fit_draw_a_warning() {
     }
 }
 
-/// A sound that is faint at ωt = 0 bends rays more strongly later: that they take very many steps then is said, once.
+/// A sound that is weak at ωt = 0 bends rays more strongly at later instants. The warning about
+/// very many steps appears once.
 #[test]
 fn doubts_of_later_instants_are_told() {
     let costly = |time_phase: f64, sampler: &str| {

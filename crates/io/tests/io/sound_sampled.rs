@@ -1,4 +1,4 @@
-//! Sound from samples: complex amplitudes and series in time, in scenes and in files of other programs
+//! Sampled sound: complex amplitudes and time series, in scenes and in files of other programs
 //! (`data/volumes/make_sound.py`), and mistakes.
 
 use glam::DVec3;
@@ -9,10 +9,10 @@ use std::fs;
 use std::path::Path;
 
 const DN_DP: f64 = 1e-8;
-/// Samples per period, and instants.
+/// Number of samples per period, and of instants.
 const STEPS: usize = 8;
 
-/// A cube of water with a field of pressure; parameters that are null are left out.
+/// Loads a cube of water with a pressure field; null parameters are left out.
 fn load(volume: Value, phases: usize) -> Result<Loaded, String> {
     let mut ior = json!({
         "type": "pressure", "n0": 1.33, "dn_dp": DN_DP, "placement": "nodes", "frequency": 1e6, "sound_speed": 1e6,
@@ -43,21 +43,21 @@ fn file(name: &str) -> String {
     data.join(name).to_str().unwrap().to_owned()
 }
 
-/// The amplitude at sample (x, y, z) of 2 × 3 × 4, and its argument.
+/// Amplitude at sample (x, y, z) of 2 × 3 × 4, and its argument.
 fn amplitude([x, y, z]: [usize; 3]) -> f64 {
     (1 + x + 10 * y + 100 * z) as f64
 }
 
 const ARGUMENT: f64 = 0.3;
 
-/// An array [z, y, x] of what is at each sample.
+/// An array [z, y, x] of values at the samples.
 fn array(at: impl Fn(f64) -> Value) -> Value {
     let row = |y, z| -> Value { (0..2).map(|x| at(amplitude([x, y, z]))).collect() };
     let plane = |z| -> Value { (0..3).map(|y| row(y, z)).collect() };
     (0..4).map(plane).collect()
 }
 
-/// Samples in time of sound that is there from the start, and of something else.
+/// A time series of a sound that exists from the start, and an additional signal.
 fn series(times: usize, other: impl Fn(usize) -> f64) -> Value {
     array(|a| {
         let at = |t: usize| a * (TAU * t as f64 / STEPS as f64 + ARGUMENT).cos() + other(t);
@@ -65,7 +65,7 @@ fn series(times: usize, other: impl Fn(usize) -> f64) -> Value {
     })
 }
 
-/// The indices of all instants at the samples are those of the amplitude.
+/// Asserts that the indices of all instants at the samples agree with the amplitude.
 #[track_caller]
 fn check(loaded: &Loaded, turned: f64) {
     let scene = loaded.scene();
@@ -94,7 +94,7 @@ fn complex_amplitudes_are_two_channels() {
     assert!(loaded.warnings.is_empty(), "{}", loaded.warnings);
     let later = json!({"data": array(complex), "time_phase": FRAC_PI_2});
     check(&load(later, STEPS).unwrap(), FRAC_PI_2);
-    // Half the amplitude of a pressure in kPa.
+    // Give half the amplitude, of a pressure in kPa.
     let small = |a: f64| json!([a * ARGUMENT.cos() * 1e-3, a * ARGUMENT.sin() * 1e-3]);
     check(
         &load(json!({"data": array(small), "scale": 1e3}), STEPS).unwrap(),
@@ -113,7 +113,8 @@ fn complex_numbers_of_other_programs() {
     }
 }
 
-/// Sensors of k-Wave that are boxes of its grid, by a mask and by corners: their samples, and where the file says that they are.
+/// Sensors of k-Wave that are boxes of its grid, by a mask and by corners: samples and positions
+/// from the file.
 #[test]
 fn boxes_of_sensors() {
     for (name, dataset, order) in [
@@ -166,7 +167,7 @@ fn sensors_that_are_no_boxes() {
     );
 }
 
-/// The last periods are fitted: what came before does not count, and the file's time step is taken.
+/// The last periods are fitted with the file's time step; earlier samples do not count.
 #[test]
 fn the_amplitude_of_a_series() {
     let start = |t: usize| if t < 10 { 50.0 } else { 0.0 };
@@ -174,7 +175,7 @@ fn the_amplitude_of_a_series() {
     let loaded = load(of_scene, STEPS).unwrap();
     check(&loaded, 0.0);
     assert!(loaded.warnings.is_empty(), "{}", loaded.warnings);
-    // Records at a sensor's points say which axis is which, whether a scene does or not.
+    // Records at a sensor's points define the order of axes, whether the scene does or not.
     for (dataset, order) in [
         ("p", json!("zyx")),
         ("p", json!(null)),
@@ -209,7 +210,7 @@ fn what_is_not_of_the_frequency_is_told_once() {
     .unwrap();
     check(&loaded, 0.0);
     let warnings = loaded.warnings.to_string();
-    // The squares of amplitudes have the mean 38649, that of the overtone is 1600: √(1600/40249).
+    // Squares of amplitudes have the mean 38649, and the overtone has 1600: √(1600/40249).
     assert!(
         warnings.contains("20 % of the pressure in its last 2.000 periods"),
         "{warnings}"
@@ -286,7 +287,7 @@ fn mistakes_are_named() {
     refused(json!({"data": array(loud)}), "least index in sound");
 }
 
-/// A wave along z through the unit cube, whose length is twice what it should be, or too coarse.
+/// A wave along z through the unit cube, with twice the right length, or too coarse.
 #[test]
 fn samples_are_of_waves_as_long_as_frequency_and_speed_say() {
     let wave = |per_wavelength: f64, wavelength: f64| {

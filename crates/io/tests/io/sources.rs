@@ -1,5 +1,5 @@
-//! Sources as the documents write them: those of the guide to tissue optics can be loaded without a warning and emit one watt each,
-//! and so can be the examples of the manual.
+//! Sources of the documents: sources of the guide to tissue optics load without a warning and emit
+//! one watt each, as do the examples of the manual.
 
 use morgana_io::image::{ImageLayers, Layer, exr};
 use morgana_io::{LoadOptions, npy};
@@ -61,7 +61,7 @@ fn examples_of_the_manual_can_be_loaded() {
     }
 }
 
-/// The emitters of the table, as they stand there.
+/// The emitters of the table, verbatim.
 fn emitters() -> Vec<String> {
     let section = section("guides/tissue-optics.md", "## Sources");
     let rows = section.lines().filter(|line| line.starts_with('|'));
@@ -91,7 +91,7 @@ fn sources_of_the_guide_emit_one_watt() {
     }
 }
 
-/// Where and how much media emit, in files: by a grid, by label, and what is refused.
+/// Emission of media in files: by a grid, by label, and refused cases.
 #[test]
 fn media_of_files_emit() {
     let folder = tempfile::tempdir().unwrap();

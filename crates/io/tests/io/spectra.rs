@@ -1,6 +1,6 @@
-//! Spectra on films of colours, of luminance and of wavelengths: what becomes of lists, files and plugins, and what is
-//! refused. References are what `mi.traverse` shows of plugins that Mitsuba 3.9.1 (`scalar_rgb`) has loaded, unless a
-//! test says otherwise. Nothing here is random.
+//! Spectra on films of colours, of luminance and of wavelengths: lists, files and plugins, and
+//! refused spectra. References are values of `mi.traverse` of plugins loaded by Mitsuba 3.9.1
+//! (`scalar_rgb`), unless a test says otherwise. Nothing here is random.
 
 use glam::DVec3;
 use morgana_io::{LoadOptions, Loaded, json};
@@ -14,7 +14,7 @@ const SPECTRAL: &str = r#"<string name="pixel_format" value="spectral"/>
     <string name="wavelengths" value="350, 450, 560, 1064"/>"#;
 const LUMINANCE: &str = r#"<string name="pixel_format" value="luminance"/>"#;
 
-/// A camera on a film, light and a ball.
+/// A camera on a film, a light and a ball.
 fn load_in(directory: &Path, film: &str, radiance: &str, bsdf: &str) -> Result<Loaded, String> {
     let text = format!(
         r#"<scene version="3.0.0"><integrator type="path"/>
@@ -73,7 +73,7 @@ fn close(found: Spectrum, expected: [f64; 3], tolerance: f64) {
 const LIST: &str = "400:0, 500:8, 600:15.6, 700:18.4";
 const RED: &str = "400:0.1, 500:0.3, 600:0.8, 700:0.9";
 
-/// Six digits are printed.
+/// Relative tolerance: six digits are printed.
 const DIGITS: f64 = 1e-5;
 
 #[test]
@@ -130,9 +130,10 @@ fn light_on_colour_films_is_that_of_mitsuba() {
     }
 }
 
-/// Plugins that `scalar_rgb` does not evaluate: means of films of `scalar_spectral`, 64 × 64 pixels of 1024 samples, whose
-/// standard errors are below 4e-4 of the largest channel. The sum of 1000 samples is 1e-3 too small. Of the 18 numbers
-/// one is further than four standard errors and that away with a probability of 1e-3.
+/// Plugins that `scalar_rgb` does not evaluate. References are means of films of `scalar_spectral`,
+/// 64 × 64 pixels of 1024 samples, whose standard errors are below 4e-4 of the largest channel. The
+/// sum of 1000 samples is too small by 1e-3. With a probability of 1e-3, one of the 18 numbers is
+/// off by more than four standard errors and 1e-3.
 #[test]
 fn plugins_are_what_spectral_films_of_mitsuba_show() {
     for (xml, expected) in [
@@ -202,7 +203,7 @@ fn reflectances_on_colour_films_are_those_of_mitsuba() {
             r#"<spectrum name="reflectance" value="0.3"/>"#.into(),
             [0.3; 3],
         ),
-        // One that is clipped.
+        // A clipped spectrum.
         (
             r#"<spectrum name="reflectance" value="520:1, 530:1"/>"#.into(),
             [0.0, 0.136796, 0.0],
@@ -261,7 +262,7 @@ fn clipping_is_told() {
     assert!(quiet.warnings.is_empty(), "{}", quiet.warnings);
 }
 
-/// `llvm_ad_mono` is what a film of luminance is like: the luminance of the colour.
+/// Films of luminance agree with `llvm_ad_mono`: the luminance of the colour.
 #[test]
 fn films_of_luminance_show_the_luminance() {
     let list = format!(r#"<spectrum name="radiance" value="{LIST}"/>"#);
@@ -316,7 +317,7 @@ fn older_spectra_are_colours() {
     }
 }
 
-/// Scenes in JSON have the same spectra, and are written with them.
+/// Scenes in JSON have equal spectra, and are written with them.
 #[test]
 fn scenes_in_json_have_them_too() {
     let text = r#"{"type": "scene", "integrator": {"type": "path"}, "sensor": {"type": "perspective"},

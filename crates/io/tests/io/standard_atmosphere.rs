@@ -1,5 +1,5 @@
-//! The standard atmosphere of 1976: refraction of starlight beside the refraction integral of the same atmosphere, written from its
-//! table of temperatures.
+//! The standard atmosphere of 1976: refraction of starlight, compared with the refraction integral
+//! of this atmosphere, written from its table of temperatures.
 
 use eikonal::ray::{Flow, Node};
 use eikonal::{Aabb, Field, Tolerance, Work};
@@ -9,7 +9,7 @@ use morgana_io::{LoadOptions, Loaded};
 use serde_json::{Value, json};
 use std::fs;
 
-/// Geopotential height in metres and temperature in K, between which it changes linearly.
+/// Geopotential height in metres and temperature in K; the temperature is linear in between.
 const TEMPERATURES: [[f64; 2]; 8] = [
     [0.0, 288.15],
     [11e3, 216.65],
@@ -23,14 +23,14 @@ const TEMPERATURES: [[f64; 2]; 8] = [
 /// g₀ M₀/R* in K/m.
 const FALL: f64 = 0.034_163_19;
 const EARTH: f64 = 6_356_766.0;
-/// Radius of the planet, where the standard ends, and where rays and the integral do, in metres.
+/// Radius of the planet, top of the standard, and top for rays and the integral, in metres.
 const RADIUS: f64 = 6_371_000.0;
 const STANDARD: f64 = 86e3;
 const TOP: f64 = 160e3;
 /// K of Gladstone and Dale in m³/kg.
 const K: f64 = 2.2672e-4;
 
-/// Density at a height in metres, and what its logarithm changes by per metre.
+/// Returns the density at a height in metres, and the change of its logarithm per metre.
 fn density(height: f64) -> [f64; 2] {
     if height > STANDARD {
         let [density, slope] = density(STANDARD);
@@ -65,8 +65,9 @@ fn index(height: f64) -> f64 {
     1.0 + K * density(height)[0]
 }
 
-/// The bending of a ray that reaches the ground at a zenith distance: the integral over the zenith distance along the ray (L. H.
-/// Auer and E. M. Standish, Astron. J. 119, 2000, eq. 3), whose height follows from Bouguer's invariant n r sin ψ; layer by layer.
+/// Returns the bending of a ray that reaches the ground at a zenith distance, layer by layer. It is
+/// an integral over the zenith distance along the ray (L. H. Auer and E. M. Standish, Astron. J.
+/// 119, 2000, eq. 3). Bouguer's invariant n r sin ψ gives the height.
 fn bending(zenith: f64) -> f64 {
     let invariant = index(0.0) * zenith.sin();
     let at = |psi: f64| {
@@ -107,7 +108,7 @@ fn simpson(f: impl Fn(f64) -> f64, [from, to]: [f64; 2]) -> f64 {
         i if i == pieces => 1.0,
         i => f64::from(2 + 2 * (i % 2)),
     };
-    // Inside of the layer, where its law holds.
+    // Stay inside the layer, where its law holds.
     let place = |i: i32| (from + h * f64::from(i)).clamp(from + 1e-12, to - 1e-12);
     let terms = (0..=pieces).map(|i| weight(i) * f(place(i)));
     terms.sum::<f64>() * h / 3.0
@@ -140,7 +141,7 @@ fn field(volume: &Value) -> Field {
     load(volume).unwrap().scene().media()[1].index.clone()
 }
 
-/// How far a ray in kilometres is bent from the ground to the top.
+/// Returns the bending of a ray in kilometres between the ground and the top.
 fn traced(field: &Field, zenith: f64) -> f64 {
     let direction = DVec3::new(zenith.sin(), 0.0, zenith.cos());
     let height = |x: DVec3| 1e3 * x.length() - RADIUS;
@@ -166,7 +167,8 @@ fn stars_are_refracted_as_the_integral_says() {
     }
 }
 
-/// Above a plane in metres, at the wavelength of which air has K = 2.2672e-4 m³/kg; and nothing grows without bound far away.
+/// Tests heights above a plane in metres, at the wavelength where air has K = 2.2672e-4 m³/kg.
+/// Values stay bounded far away.
 #[test]
 fn heights_are_above_a_plane_or_a_sphere() {
     let flat = field(&json!({"type": "standard_atmosphere", "wavelength": 550}));
@@ -225,7 +227,8 @@ fn mistakes() {
     }
 }
 
-/// The index of air follows the film's wavelength, of which `aov` wants one: that there are two is the only mistake.
+/// The index of air follows the film's wavelength, and `aov` requires a single one: two wavelengths
+/// give a single message.
 #[test]
 fn two_wavelengths_of_quantities_are_one_mistake() {
     let mut scene = scene(&json!({"type": "standard_atmosphere"}));
@@ -240,7 +243,8 @@ fn two_wavelengths_of_quantities_are_one_mistake() {
     assert_eq!(refused.matches("error").count(), 1, "{refused}");
 }
 
-/// Lines through the middle of the planet see but a little of its air; those that pass it by take as many steps as rays do.
+/// Lines through the middle of the planet pass little of its air. Lines that miss the planet take
+/// as many steps as rays do.
 #[test]
 fn steps_are_those_of_rays_that_pass_the_planet_by() {
     let with = |tolerance: f64| {
@@ -262,7 +266,7 @@ fn steps_are_those_of_rays_that_pass_the_planet_by() {
     };
     let loaded = with(1e-6);
     let estimate = steps_across(loaded.scene(), 1);
-    // Twenty kilometres up, from end to end.
+    // A ray twenty kilometres up, from end to end.
     let field = &loaded.scene().medium(1).index;
     let x = DVec3::new(-1e6, 0.0, RADIUS + 20e3);
     let mut flow = Flow::new(

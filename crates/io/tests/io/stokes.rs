@@ -1,4 +1,4 @@
-//! Stokes parameters by scene files: layers, and what is refused.
+//! Stokes parameters by scene files: layers, and refused scenes.
 
 use morgana_io::rendered::Naming;
 use morgana_io::{LoadOptions, Loaded};

@@ -1,4 +1,4 @@
-//! Media of spheres by scene files: coefficients, and what is refused.
+//! Suspensions of spheres by scene files: coefficients, and refused parameters.
 
 use glam::DVec3;
 use morgana_io::{LoadOptions, Loaded};
@@ -94,7 +94,7 @@ fn spheres_are_counted_and_scaled() {
     }
 }
 
-/// A million spheres in a cubic millimetre are as many as fill 1e-3 of it if each has 1 µm³; E[r³] = r³ exp(4.5 ln² σ).
+/// A million spheres of 1 µm³ in a cubic millimetre fill 1e-3 of it; E[r³] = r³ exp(4.5 ln² σ).
 #[test]
 fn distributions_have_the_volume_of_their_sizes() {
     let spheres = format!("{SPHERES}{}", float("geometric_deviation", 1.5));

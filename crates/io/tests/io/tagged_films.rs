@@ -1,4 +1,4 @@
-//! Pictures and meters of tagged light by scene files: layers and readings, and what is refused.
+//! Images and meters of tagged light by scene files: layers, readings, and refused scenes.
 
 use morgana_io::rendered::Naming;
 use morgana_io::{LoadOptions, Loaded};
@@ -25,7 +25,7 @@ fn read(sound: &str, rest: &str) -> Result<Loaded, String> {
     morgana_io::load_scene(&path, &LoadOptions::default()).map_err(|d| d.to_string())
 }
 
-/// A picture by an integrator in one that tags light.
+/// An image by an integrator inside one that tags light.
 fn pictured(inner: &str, parameters: &str) -> Result<Loaded, String> {
     let integrator = format!(
         r#"<integrator type="tagged">{parameters}<integrator type="{inner}"/></integrator>"#
@@ -157,7 +157,7 @@ fn meters_tell_sidebands_apart() {
     let meter_of = |loaded: &Loaded| loaded.instruments[0].meter.clone();
     let sidebands = *meter_of(&loaded).sidebands().unwrap();
     assert_eq!((sidebands.orders(), sidebands.delays()), (1, 0));
-    // Fluence, what is absorbed of it, and two parts.
+    // Fluence, its absorbed part, and two sidebands.
     assert_eq!(meter_of(&loaded).cells(), 4 * 8);
     assert!(meter_of(&meter("").unwrap()).sidebands().is_none());
     assert!(
@@ -166,11 +166,12 @@ fn meters_tell_sidebands_apart() {
             .unwrap_err()
             .contains("wavelength")
     );
-    // Not without being asked to.
+    // A meter does not tag light unless it is asked to.
     assert!(meter(WAVE).is_err());
 }
 
-/// Sampled sound has a spline of both parts of its amplitude, eight bytes a sample and some at the faces, once light is tagged.
+/// With tagged light, sampled sound has a spline of both parts of its amplitude: eight bytes per
+/// sample, and some at the faces.
 #[test]
 fn memory_counts_what_phases_are_found_with() {
     let cube = |coordinates: &str| {
@@ -202,7 +203,8 @@ fn memory_counts_what_phases_are_found_with() {
     let tagged = memory(&format!(
         r#"<integrator type="tagged">{WAVE}<integrator type="path"/></integrator>"#
     ));
-    // A cube of samples a tenth of the wavelength apart, and of two coefficients beyond each face.
+    // The memory is a cube of samples a tenth of the wavelength apart, with two coefficients beyond
+    // each face.
     let more = tagged - plain;
     let side = (more as f64 / 8.0).cbrt();
     assert!((side - side.round()).abs() < 1e-9, "{plain} {tagged}");

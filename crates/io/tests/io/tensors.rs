@@ -1,4 +1,4 @@
-//! Arrays that a scene holds itself, against files with the same numbers.
+//! Arrays within a scene, compared with files of equal numbers.
 
 use morgana_io::scene::{Numbers, Tensor};
 use morgana_io::volume::{AxisOrder, Options, Volume, npy};
@@ -108,7 +108,7 @@ fn arrays_that_are_none_are_refused() {
     assert!(Tensor::new(vec![2, 2], Numbers::Single(vec![0.0; 3])).is_err());
 }
 
-/// A square of side 2 whose radiance is an image that the scene holds.
+/// A square of side 2 whose radiance is an image within the scene.
 fn light(bitmap: &str) -> String {
     format!(
         r#"{{"type": "scene", "integrator": {{"type": "particle"}},
@@ -118,7 +118,8 @@ fn light(bitmap: &str) -> String {
     )
 }
 
-/// Pixels are linear, in rows and columns and perhaps with channels; the power is π times the area times their mean.
+/// Pixels are linear, in rows and columns and optionally channels. The power is π times the area
+/// times their mean.
 #[test]
 fn bitmaps_hold_their_pixels() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,5 @@
-//! Tissues by name: coefficients worked out by hand from the cited tables, per millimetre, at wavelengths on and between their rows.
+//! Tissues by name: coefficients computed by hand from the cited tables, per millimetre, at
+//! wavelengths on and between their rows.
 
 use glam::DVec3;
 use morgana_io::{LoadOptions, Loaded};
@@ -90,7 +91,8 @@ fn coefficients_are_those_of_the_tables() {
     near(properties(&loaded, 1, 1), [36.0, 0.105]);
 }
 
-/// Scattering is that of g = 0.9, so that (1 − g) σ_s is the reduced coefficient; `scale` is for scenes that are not in millimetres.
+/// Scattering has g = 0.9, so that (1 − g) σ_s is the reduced coefficient; `scale` is for scenes
+/// that are not in millimetres.
 #[test]
 fn reduced_scattering_and_scale() {
     let mut metres = tissue("soft tissue");

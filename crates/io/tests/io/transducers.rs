@@ -1,4 +1,5 @@
-//! The sound of transducers against closed forms of the Rayleigh integral. Amplitudes are in units of ρcv.
+//! Sound of transducers, compared with closed forms of the Rayleigh integral. Amplitudes are in
+//! units of ρcv.
 
 use glam::{DMat3, DVec2, DVec3};
 use morgana_io::transducer::{
@@ -6,7 +7,7 @@ use morgana_io::transducer::{
 };
 use std::f64::consts::{PI, TAU};
 
-/// Of 1 MHz in water, in mm.
+/// Wavelength of 1 MHz in water, in mm.
 const WAVELENGTH: f64 = 1.5;
 
 fn transducer(aperture: SoundAperture) -> Transducer {
@@ -69,7 +70,8 @@ fn axis_of_a_bowl() {
     }
 }
 
-/// Far from a disc the pressure is πa²/(λr) 2J₁(x)/x, x = ka sin θ. At r = 10⁵ a²/λ what is left of its near field is 1e-5.
+/// Far from a disc the pressure is πa²/(λr) 2J₁(x)/x, x = ka sin θ. At r = 10⁵ a²/λ the rest of the
+/// near field is 1e-5.
 #[test]
 fn directivity_of_a_piston() {
     let a = 4.0;
@@ -102,8 +104,9 @@ fn line(elements: usize) -> ElementArray {
     }
 }
 
-/// Far from a line of N elements in the plane of the line the pressure is that of an element, A/(λr) sin(u)/u with u = k w sin θ/2, times
-/// sin(Nx)/sin(x), x = k pitch (sin θ − sin θ₀)/2, if the elements lag by k pitch sin θ₀ each.
+/// Tests the far field of a line of N elements, in the plane of the line. The pressure of an
+/// element is A/(λr) sin(u)/u with u = k w sin θ/2. The line multiplies it by sin(Nx)/sin(x), x = k
+/// pitch (sin θ − sin θ₀)/2, if each element lags by k pitch sin θ₀.
 #[test]
 fn directivity_of_a_line() {
     let (elements, r) = (12, 1e7);
@@ -130,7 +133,8 @@ fn directivity_of_a_line() {
     }
 }
 
-/// At the focus of delays the sounds of all elements are in phase: their amplitudes add up. Weights are factors.
+/// At the focus of delays, the sounds of all elements are in phase: their amplitudes add up.
+/// Weights are factors.
 #[test]
 fn delays_bring_elements_into_phase() {
     let ring = ElementArray {
@@ -156,7 +160,8 @@ fn delays_bring_elements_into_phase() {
         };
         let sum: f64 = (0..array.elements).map(alone).sum();
         let found = amplitude(&transducer(SoundAperture::ElementArray(array)), focus).length();
-        // Elements are not points: their own sound has its phase from the middle only nearly.
+        // Elements are not points: the phase of their own sound is only approximately the phase of
+        // their centre.
         assert!(
             found <= sum * (1.0 + 1e-9) && found > 0.995 * sum,
             "{found} {sum}"
@@ -164,7 +169,7 @@ fn delays_bring_elements_into_phase() {
     }
 }
 
-/// Grids are interpolated from fewer places: they are what single places have.
+/// Grids are interpolated from fewer positions, and agree with the sound at single positions.
 #[test]
 fn grids_are_their_places() {
     let turn = DMat3::from_rotation_z(0.3) * DMat3::from_rotation_x(0.2);

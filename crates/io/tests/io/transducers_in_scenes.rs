@@ -1,4 +1,5 @@
-//! Indices in the sound of transducers: what a scene says against the sound at single places, and mistakes.
+//! Indices in the sound of transducers: scenes compared with the sound at single positions, and
+//! mistakes.
 
 use eikonal::Field;
 use glam::DVec3;
@@ -9,12 +10,13 @@ use std::f64::consts::FRAC_PI_2;
 
 const N0: f64 = 1.33;
 const DN_DP: f64 = 1e-10;
-/// Of differences, in mm.
+/// Step of differences, in mm.
 const STEP: f64 = 1e-2;
-/// Of 1 MHz in water, in mm.
+/// Wavelength of 1 MHz in water, in mm.
 const WAVELENGTH: f64 = 1.5;
 
-/// A bowl of 30 mm and f-number 1 with its focus in the middle of the box, with more or other parameters.
+/// A bowl of 30 mm and f-number 1 focused at the middle of the box, with further or replaced
+/// parameters.
 fn volume(more: Value) -> Value {
     let mut volume = json!({
         "type": "transducer", "aperture": "bowl", "radius": 30, "diameter": 30, "pressure": 1e5,
@@ -34,7 +36,7 @@ fn made(volume: &Value) -> Result<Field, String> {
     made.map(|made| made.field).map_err(|d| d.to_string())
 }
 
-/// Places in the box, 5 % from its faces.
+/// Positions in the box, 5 % from its faces.
 fn places() -> impl Iterator<Item = DVec3> {
     let golden = DVec3::new(0.819_172_5, 0.671_043_6, 0.549_700_4);
     (0..200).map(move |i| {
@@ -43,8 +45,9 @@ fn places() -> impl Iterator<Item = DVec3> {
     })
 }
 
-/// By default ten samples to a wavelength: largest errors of the index, of its gradient and of its Laplacian in the focus of a
-/// bowl, in parts of their largest values, are 2.5e-4, 1.9e-3 and 1.2e-2; with `spacing` a sixteenth, 4e-5, 6e-4 and 7e-3.
+/// With the default of ten samples per wavelength, the largest errors of the index, its gradient
+/// and its Laplacian in the focus of a bowl are 2.5e-4, 1.9e-3 and 1.2e-2, relative to their
+/// largest values. With a `spacing` of a sixteenth they are 4e-5, 6e-4 and 7e-3.
 #[test]
 fn errors_of_splines() {
     let bowl = Transducer {
@@ -69,7 +72,7 @@ fn errors_of_splines() {
             let second = axes.iter().map(|a| p(x + *a) - 2.0 * p(x) + p(x - *a));
             let second = second.sum::<f64>() / (STEP * STEP);
             let hess = jet.hess.x_axis.x + jet.hess.y_axis.y + jet.hess.z_axis.z;
-            // Hess n² = 2n Hess n + 2 ∇n ∇n, of which the second is nothing here.
+            // Hess n² = 2n Hess n + 2 ∇n ∇n; the second term is negligible here.
             let found = [
                 n - N0 - p(x),
                 (jet.grad / (2.0 * n) - grad).length(),
@@ -105,12 +108,13 @@ fn instants_and_phases() {
     }
 }
 
-/// The same sound, whether the transducer is placed, or all of it is moved, turned and scaled with the wavelength.
+/// The sound does not change if the transducer is placed by a transform, or if everything is moved,
+/// rotated and scaled with the wavelength.
 #[test]
 fn transducers_are_placed() {
     let x = DVec3::new(0.4, -0.3, 29.0);
     let straight = made(&array(json!({}))).unwrap();
-    // From +z to +x, from +x to +y: lengths along the axes change places.
+    // From +z to +x and from +x to +y: lengths along the axes are exchanged.
     let turned = made(&array(
         json!({"origin": [1, 2, 3], "direction": [1, 0, 0], "reference": [0.5, 1, 0],
         "focus": [29, 4, 3], "min": [25, -1, 0], "max": [37, 5, 6]}),
@@ -143,7 +147,8 @@ fn array(more: Value) -> Value {
     array
 }
 
-/// Delays that bring elements into phase at a point are what its `focus` gives, but for an instant that all have in common.
+/// Delays that bring elements into phase at a point reproduce its `focus`, except for a common
+/// time.
 #[test]
 fn delays_and_weights() {
     let x = DVec3::new(1.5, 0.2, 28.5);
@@ -177,7 +182,7 @@ fn delays_and_weights() {
     assert!((other.n(x) - N0 - focused).abs() > 0.1 * focused.abs());
 }
 
-/// A ring around the box: its focus is where all elements are in phase.
+/// A ring around the box has its focus where all elements are in phase.
 #[test]
 fn rings_are_read() {
     let mut ring = array(

@@ -1,4 +1,4 @@
-//! Scenes without their flow: the index that media keep whose own varies.
+//! Scenes without their flow: the undisturbed index of media with a varying index.
 
 use glam::DVec3;
 use morgana_io::{Diagnostics, LoadOptions, Loaded, json};
@@ -21,7 +21,7 @@ fn load(parts: &str, undisturbed: bool) -> Loaded {
     morgana_io::assemble(&description, &options, diagnostics).unwrap()
 }
 
-/// The index of a medium at two places, at the first wavelength and the second.
+/// Index of a medium at two positions, at the first and the second wavelength.
 fn indices(loaded: &Loaded, name: &str) -> [[f64; 2]; 2] {
     let scenes = &loaded.groups;
     [0, 1].map(|group| {
@@ -50,7 +50,8 @@ fn still(parts: &str, expected: [f64; 2], tolerance: f64) {
     }
 }
 
-/// What formulas and samples do not say is the mean over the surface, where that refracts.
+/// Formulas and samples do not define the undisturbed index. It is the mean over the surface, if
+/// the surface refracts.
 #[test]
 fn tanks_keep_the_index_at_their_walls() {
     still(&tank("dielectric", PLUME), [1.33; 2], 1e-9);
@@ -58,7 +59,7 @@ fn tanks_keep_the_index_at_their_walls() {
     still(&tank("dielectric", slope), [1.4; 2], 1e-3);
 }
 
-/// Where the surface does not refract, it is the index around.
+/// It is the surrounding index, if the surface does not refract.
 #[test]
 fn flows_keep_the_index_around() {
     for bsdf in ["null", "thindielectric"] {
@@ -76,7 +77,7 @@ fn flows_keep_the_index_around() {
     );
 }
 
-/// Flows within a law of dispersion go, the law stays.
+/// Flows within a law of dispersion are removed; the law stays.
 #[test]
 fn dispersion_stays() {
     let law = |nm: f64| 1.33 + 0.01 / (nm * 1e-3_f64).powi(2);

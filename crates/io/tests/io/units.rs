@@ -1,5 +1,6 @@
-//! Units of length: light does not depend on them. Scaling every length of a scene by a power of two, and extinctions, intensities
-//! and powers with it, changes no bit of any mantissa. Every plugin that has a length, or a place, is in one of these scenes.
+//! Light does not depend on the unit of length. Scaling every length of a scene by a power of two,
+//! and extinctions, intensities and powers accordingly, changes no bit of any mantissa. Every
+//! plugin with a length or a position occurs in one of these scenes.
 
 mod scenes;
 
@@ -15,11 +16,11 @@ use transport::render::{
     self, DerivativeOptions, Handle, MeasureOptions, Measurement, RenderOptions, measure,
 };
 
-/// Binary logarithms of units of length for meters: their sums are cut into digits of 32 bits (see `transport::sum`), and keep
-/// their bits where scores change by whole digits.
+/// Binary logarithms of units of length for meters. Sums of meters are stored in digits of 32 bits
+/// (see `transport::sum`), and keep their bits if scores change by whole digits.
 const WHOLE_DIGITS: [i32; 2] = [-32, 32];
 
-/// Binary logarithms of units of length for pictures, whose radiances are the same in each.
+/// Binary logarithms of units of length for images, whose radiances are equal in each unit.
 fn exponents() -> Vec<i32> {
     if is_long() {
         (-60..=60).filter(|e| *e != 0).collect()
@@ -32,7 +33,7 @@ fn is_long() -> bool {
     std::env::var_os("MORGANA_LONG_TESTS").is_some()
 }
 
-/// Replaces each `v@d` by v times the d-th power of the unit of length, which is 2 to the power `exponent`.
+/// Replaces each `v@d` by v times the d-th power of the unit of length, 2^`exponent`.
 fn scaled(text: &str, exponent: i32) -> String {
     let mut result = String::new();
     let mut rest = text;
@@ -50,10 +51,10 @@ fn scaled(text: &str, exponent: i32) -> String {
     result + rest
 }
 
-/// The integrator that the scene names.
+/// Selects the integrator that the scene names.
 const OWN: &str = "";
 
-/// A scene with an integrator, or with its [`OWN`].
+/// Loads a scene with an integrator, or with its [`OWN`].
 fn load(parts: &str, integrator: &str, exponent: i32) -> Loaded {
     let text = format!(r#"{{"type": "scene", {}}}"#, scaled(parts, exponent));
     let mut diagnostics = Diagnostics::new();
@@ -128,7 +129,7 @@ fn measured(parts: &str, exponent: i32) -> Measurement {
     measure(&loaded.groups, &meters, &options, &Handle::default(), go_on).unwrap()
 }
 
-/// Derivatives of the sum of all pixels by every parameter that the scene has, with their errors.
+/// Derivatives of the sum of all pixels with respect to every parameter of the scene, with errors.
 fn derivatives(parts: &str, integrator: &str, exponent: i32) -> Vec<f64> {
     let loaded = load(parts, integrator, exponent);
     let scene = loaded.scene();
@@ -183,7 +184,7 @@ fn mantissas(values: Vec<f64>) -> Vec<f64> {
     values.into_iter().map(value).collect()
 }
 
-/// Numbers that differ from those of unit 1 and what they are there, for each unit where any does.
+/// Returns a line for each unit in which numbers differ from the numbers of unit 1, with both.
 fn differences(name: &str, exponents: &[i32], compute: impl Fn(i32) -> Vec<f64>) -> Vec<String> {
     let expected = compute(0);
     assert!(expected.iter().any(|v| *v != 0.0), "{name} is dark");
@@ -242,7 +243,7 @@ fn emitters_in_any_unit() {
     same(all);
 }
 
-/// Estimators that merge paths, and the choice among all.
+/// Tests estimators that merge paths, and the choice among all.
 #[test]
 fn estimators_in_any_unit() {
     let parts = format!("{}, {}", haze(&spline()), lit());
@@ -256,7 +257,7 @@ fn estimators_in_any_unit() {
     same(all);
 }
 
-/// Cameras, each before the same haze.
+/// Tests cameras, each in front of one scene of haze.
 #[test]
 fn cameras_in_any_unit() {
     let lights = format!(
@@ -336,7 +337,7 @@ fn shapes_in_any_unit() {
     same(all);
 }
 
-/// Copies, labels and shapes in files.
+/// Tests instances, labels and shapes in files.
 #[test]
 fn shapes_of_parts_in_any_unit() {
     let folder = tempfile::tempdir().unwrap();
@@ -382,7 +383,7 @@ fn shapes_of_parts_in_any_unit() {
             picture(&parts, "path", e)
         }));
     }
-    // Transforms leave the radii of curves, so each unit has its file.
+    // Transforms do not change the radii of curves, so each unit has its own file.
     for name in ["linearcurve", "bsplinecurve"] {
         let curve = |exponent: i32| {
             let text = "-0.9@1 -0.5@1 0 0.3@1\n-0.2@1 0.6@1 0.1@1 0.2@1\n0.3@1 -0.6@1 0 0.2@1\n0.9@1 0.5@1 0.1@1 0.3@1\n";
@@ -398,7 +399,7 @@ fn shapes_of_parts_in_any_unit() {
     same(all);
 }
 
-/// Extinctions, albedos and emission that vary.
+/// Tests varying extinctions, albedos and emission.
 #[test]
 fn media_in_any_unit() {
     let placed = r#""to_world": [{"translate": [-0.5, -0.5, -0.5]}, {"scale": 2@1}]"#;
@@ -469,7 +470,7 @@ fn quantities_in_any_unit() {
     same(all);
 }
 
-/// Lights that are read from files.
+/// Tests lights that are read from files.
 #[test]
 fn emitters_in_files_in_any_unit() {
     let folder = tempfile::tempdir().unwrap();
@@ -552,7 +553,7 @@ fn meters_in_any_unit() {
     same(all);
 }
 
-/// Records of light that meters accept, with what sound does to its phase.
+/// Tests records of light that meters accept, with the phase modulation by sound.
 #[test]
 fn records_in_any_unit() {
     let sound = r#"{"type": "acoustic", "n0": 1.33, "amplitude": 1e-5, "wave_number": 9@-1, "elasto_optic": 0.32}"#;
@@ -580,7 +581,7 @@ fn records_in_any_unit() {
     same(all);
 }
 
-/// Derivatives by each kind of parameter of media and emitters.
+/// Tests derivatives by each kind of parameter of media and emitters.
 #[test]
 fn derivatives_in_any_unit() {
     let parts = format!(
@@ -597,7 +598,7 @@ fn derivatives_in_any_unit() {
     same(all);
 }
 
-/// A scene without any extent: light does not depend on where it is by more than rounding.
+/// In a scene without any extent, light depends on its position only by rounding.
 #[test]
 fn scenes_without_extent() {
     let parts = r#""sensor": {"type": "perspective", "fov": 35, "film": {"type": "hdrfilm", "width": 4, "height": 3}},

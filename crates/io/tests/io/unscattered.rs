@@ -1,5 +1,5 @@
-//! Rays that are not scattered meet the same things in `trace`, in `aov` and in renders, at each kind of surface and on both of its
-//! sides.
+//! Unscattered rays meet equal objects in `trace`, in `aov` and in renders, at each kind of surface
+//! and on both of its sides.
 
 use glam::DVec3;
 use morgana_io::{Diagnostics, LoadOptions, Loaded, json};
@@ -14,12 +14,12 @@ enum Met {
     Surface,
     /// The red ball behind the surface.
     Behind,
-    /// The blue ball to which a mirror sends the ray.
+    /// The blue ball that a mirror reflects the ray to.
     Mirrored,
 }
 use Met::{Behind, Mirrored, Surface};
 
-/// Surfaces, and what rays meet that arrive at their fronts and at their backs.
+/// Surfaces, and the objects that rays meet after arriving at the front and at the back.
 const SURFACES: [(&str, [Met; 2]); 10] = [
     (r#""type": "null""#, [Behind; 2]),
     (r#""type": "diffuse""#, [Surface; 2]),
@@ -90,7 +90,7 @@ fn pixel(loaded: &Loaded, samples: u64) -> Vec<f64> {
     film.mean().into_iter().map(f64::from).collect()
 }
 
-/// The object at a point.
+/// Returns the object at a point.
 fn at(x: DVec3) -> Met {
     match x.abs() {
         x if x.length() < 1.0 => Surface,
@@ -123,7 +123,7 @@ fn followed(bsdf: &str, start: DVec3) -> Met {
     ))
 }
 
-/// Most of the light is that of what rays meet.
+/// Returns the object that contributes most of the light.
 fn rendered(bsdf: &str, start: DVec3) -> Met {
     let loaded = load(bsdf, start, r#""type": "path", "max_depth": 2"#);
     let light = pixel(&loaded, 400);
@@ -148,12 +148,13 @@ fn trace_aov_and_render_meet_the_same() {
     }
 }
 
-/// A glass cube, exactly on whose front rays start, and a ball of denser glass that reaches out of it.
+/// A glass cube, with rays that start exactly on its front, and a ball of denser glass that extends
+/// beyond it.
 const GLASS: &str = r#"
   "cube": {"type": "cube", "bsdf": {"type": "dielectric", "int_ior": 1.3}},
   "ball": {"type": "sphere", "center": [0, 0, 1], "radius": 0.5, "bsdf": {"type": "dielectric", "int_ior": 1.6}}"#;
 
-/// The last boundary on the way of a ray through glass, by `trace` and by `aov`.
+/// Last boundary on a ray through glass, by `trace` and by `aov`.
 fn exits(start: DVec3, direction: DVec3) -> [DVec3; 2] {
     let text = format!(
         r#"{{"type": "scene", "integrator": {{"type": "aov", "aovs": "exit_position"}}, {GLASS}, "sky": {{"type": "constant"}},
@@ -178,17 +179,17 @@ fn exits(start: DVec3, direction: DVec3) -> [DVec3; 2] {
     [exit.x, DVec3::from(followed)]
 }
 
-/// On a face, and in media that overlap, a ray of `trace` starts in the medium of a camera.
+/// On a face, and in overlapping media, a ray of `trace` starts in the medium of a camera.
 #[test]
 fn a_trace_starts_in_the_medium_of_a_camera() {
     for start in [
-        // On the face of the cube, that of the ball, and where one lies in the other.
+        // Start on the face of the cube, on the ball, and where one lies in the other.
         DVec3::new(0.7, 0.6, 1.0),
         DVec3::new(0.0, 0.0, 1.5),
         DVec3::new(0.0, 0.0, 0.5),
         DVec3::new(0.1, 0.2, 1.0),
         DVec3::new(0.1, 0.2, 0.8),
-        // On an edge.
+        // Start on an edge.
         DVec3::new(1.0, 0.3, 1.0),
     ] {
         for direction in [

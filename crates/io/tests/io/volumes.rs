@@ -1,4 +1,4 @@
-//! Volumes: round trips, axis order, and files that must be refused.
+//! Volumes: round trips, axis order, and refused files.
 
 use std::path::{Path, PathBuf};
 
@@ -12,7 +12,7 @@ fn data(name: &str) -> PathBuf {
         .join(name)
 }
 
-/// A volume whose value says where it is: x + 10 y + 100 z + 1000 channel.
+/// A volume whose value encodes its position: x + 10 y + 100 z + 1000 channel.
 fn sample(size: [usize; 3], channels: usize) -> Volume {
     let [nx, ny, nz] = size;
     let mut data = Vec::new();
@@ -188,7 +188,7 @@ fn channels_of_a_fortran_array() {
     assert_eq!(volume.data(), [0.0, 1000.0, 1.0, 1001.0]);
 }
 
-/// Any order of the axes, with the channels anywhere, against indices written out.
+/// Reads any order of the axes, with the channels anywhere; compares with written-out indices.
 #[test]
 fn every_order_of_axes() {
     let lengths = |letter| match letter {
@@ -253,7 +253,7 @@ fn an_order_of_axes_is_never_guessed() {
     );
 }
 
-/// Half precision and bytes, whose 0 to 255 are 0 to 1, as the format has them.
+/// Half precision and bytes; the format maps 0 to 255 to 0 to 1.
 #[test]
 fn encodings_of_vol() {
     let head = |encoding| vol_bytes(3, encoding, [2, 1, 1, 1], &[]);

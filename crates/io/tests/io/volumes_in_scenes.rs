@@ -1,4 +1,4 @@
-//! Volume files as scenes use them: scaled numbers, places, other formats, what a scene must say.
+//! Volume files in scenes: scaled numbers, placement, other formats, and required parameters.
 
 use glam::DVec3;
 use morgana_io::{LoadOptions, Loaded};
@@ -86,7 +86,7 @@ fn extinction_from_every_format() {
         let loaded = load("sigma_t", "gridvolume", file, &format!("{says}{scale}"));
         let loaded = loaded.unwrap_or_else(|e| panic!("{file}: {e}"));
         let texture = &loaded.scene().medium(1).sigma_t;
-        // Beyond the first and the last sample their values go on.
+        // Beyond the first and the last sample, their values continue.
         let (low, high) = (DVec3::splat(-3.0), DVec3::splat(4.0));
         for (x, expected) in [(low, 1.0), (high, 0.5 * 321.0 + 1.0)] {
             assert_eq!(texture.at(x)[0], expected, "{file}");

@@ -1,4 +1,4 @@
-//! Files that nibabel has written (data/volumes/make_nifti.py), and such files that must be refused.
+//! Files written by nibabel (data/volumes/make_nifti.py), and refused files of this format.
 
 use std::path::{Path, PathBuf};
 
@@ -55,7 +55,7 @@ fn values_of_all_kinds() {
             .copied()
             .eq((0..24).flat_map(|i| [value(i), -value(i)]))
     );
-    // Its bytes come in the other order, and half of each plus three is meant.
+    // Its bytes are swapped, and its values are scaled by a half plus three.
     let scaled = read("scaled.nii");
     assert!(
         scaled

@@ -1,5 +1,5 @@
 //! Volumes written by the reference libraries of their formats, VTK, h5py, NumPy, pynrrd and SciPy
-//! (data/volumes/make.py), and such files that must be refused. Values are x + 10 y + 100 z.
+//! (data/volumes/make.py), and refused files. Values are x + 10 y + 100 z.
 
 use std::path::{Path, PathBuf};
 
@@ -65,7 +65,7 @@ fn hdf5_as_of_k_wave() {
     }
 }
 
-/// x + 10 y + 100 z, each 50 times along x.
+/// Values x + 10 y + 100 z, each repeated 50 times along x.
 #[test]
 fn hdf5_compressed_by_lzf() {
     let options = Options::order(AxisOrder::ZYX).of("n");
@@ -91,7 +91,7 @@ fn virtual_hdf5_says_what_to_do() {
     }
 }
 
-/// The place of the grid in most files: from (0.8, −1, 1.6) in steps of (0.1, 0.2, 0.4).
+/// Placement of the grid in most files: from (0.8, −1, 1.6) in steps of (0.1, 0.2, 0.4).
 pub fn place(nodes: bool) -> VolumeFrame {
     VolumeFrame {
         first: DVec3::new(0.8, -1.0, 1.6),
@@ -119,7 +119,7 @@ fn all_types_of_hdf5() {
         assert_eq!(volume.element(), element);
         let values = (0..24).map(|i| (i % 2 + 10 * (i / 2 % 3)) as f32);
         assert!(volume.data().iter().copied().eq(values), "{name}");
-        // Of single precision, as k-Wave writes dx, dy, dz.
+        // Spacings have single precision, as k-Wave writes dx, dy, dz.
         let [low, high] = volume.bbox().unwrap();
         let edges = DVec3::new(2e-4, 6e-4, 16e-4);
         assert!(low == DVec3::ZERO && high.distance(edges) < 1e-10);
@@ -178,7 +178,7 @@ fn nrrd_of_every_encoding() {
 #[test]
 fn nrrd_axes_and_places() {
     let read = |name, options| Volume::<f64>::read(&data(name), options);
-    // Of the axes as they are listed, the fastest first.
+    // Spacings belong to the axes in their listed order, the fastest first.
     let volume = read("spacings.nrrd", Options::order(AxisOrder::XYZ)).unwrap();
     check(&volume, "spacings");
     let first = DVec3::ZERO;
@@ -330,7 +330,7 @@ fn matlab() {
         check(&volume, name);
         assert_eq!(volume.element(), element);
     }
-    // A single layer has two axes there.
+    // MATLAB stores a single layer with two axes.
     let flat: Volume = Volume::read(&data("plain.mat"), xyz.of("flat")).unwrap();
     assert_eq!((flat.size(), flat.data()[5]), ([2, 3, 1], 21.0));
 }
@@ -364,7 +364,7 @@ fn matlab_that_is_refused() {
     mat_error(&compressed, Some("density"), "");
 }
 
-/// What the message for a file of MATLAB 7.3 advises works.
+/// The advice in the message for MATLAB 7.3 files works.
 #[test]
 fn matlab_7_3_as_hdf5() {
     let options = Options::order(AxisOrder::ZYX).of("density");
@@ -396,7 +396,7 @@ fn hdf5_that_is_refused() {
     assert!(hdf5::parse::<f32>(cut, Options::order(AxisOrder::ZYX).of("p_final")).is_err());
 }
 
-/// Arrays of a file by name, and what is left out.
+/// Returns the arrays of a file by name, and the omitted ones.
 fn arrays(name: &str) -> (Vec<Array>, Vec<(String, String)>) {
     let read = Arrays::read(&data(name), Limits::default()).unwrap();
     (read.list, read.left_out)
@@ -408,7 +408,7 @@ fn named<'a>(list: &'a [Array], name: &str) -> &'a Array {
     found.unwrap_or_else(|| panic!("no {name} among {names:?}"))
 }
 
-/// Elements are 100 z + 10 y + x in the order of these axes.
+/// Asserts that elements are 100 z + 10 y + x in this order of axes.
 #[track_caller]
 fn check_array(array: &Array, axes: &str) {
     let size = |axis| match axis {
@@ -445,7 +445,7 @@ fn all_arrays_of_a_file() {
     check_array(named(&list, "results/rho"), "xyz");
     assert!(named(&list, "hole").data[14].is_nan());
     assert_eq!(named(&list, "Nt").data, [10.0]);
-    // A text is no array.
+    // Texts are not arrays.
     assert_eq!((list.len(), left_out.len()), (5, 0));
 
     for (name, axes) in [("stored.npz", "zyx"), ("compressed.npz", "zyx")] {
@@ -458,7 +458,7 @@ fn all_arrays_of_a_file() {
     check_array(named(&arrays("big.npy").0, "array"), "xyz");
     check_array(named(&arrays("half.npy").0, "array"), "zyx");
 
-    // MATLAB's p(x, y, z), of version 5 and of 7.3.
+    // MATLAB's p(x, y, z), of versions 5 and 7.3.
     let (list, left_out) = arrays("plain.mat");
     check_array(named(&list, "density"), "xyz");
     let dimensions = ["dimension 1", "dimension 2", "dimension 3"];
@@ -479,6 +479,6 @@ fn all_arrays_of_a_file() {
     let mut names: Vec<&str> = list.iter().map(|a| a.name.as_str()).collect();
     names.sort_unstable();
     assert_eq!(names, ["density", "half", "turned"]);
-    // A single volume is called so.
+    // A single volume has this name.
     assert_eq!(arrays("ascii.vtk").0[0].name, "volume");
 }

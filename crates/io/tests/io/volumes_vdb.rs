@@ -1,4 +1,4 @@
-//! Grids that OpenVDB has written (data/volumes/make_vdb.py), and such files that must be refused.
+//! Grids written by OpenVDB (data/volumes/make_vdb.py), and refused files of this format.
 
 use std::path::{Path, PathBuf};
 
@@ -16,7 +16,7 @@ fn read(file: &str, name: Option<&str>) -> Volume<f64> {
     vdb::read(&data(file), of(name)).unwrap()
 }
 
-/// The grid of a name.
+/// Options for the grid with a name.
 fn of(dataset: Option<&str>) -> Options<'_> {
     Options {
         dataset,
@@ -41,7 +41,7 @@ fn small_grids() {
     }
 }
 
-/// The first voxel is that of index (−1, 7, 2).
+/// The first voxel has the index (−1, 7, 2).
 #[test]
 fn places() {
     let frame = read("single.vdb", None).frame().unwrap();

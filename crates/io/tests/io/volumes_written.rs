@@ -1,4 +1,4 @@
-//! Volumes that are written and read again, resampled, scaled.
+//! Volumes that are written and read back, resampled, and scaled.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use morgana_io::volume::{AxisOrder, Format, Options, Volume, VolumeFrame, write}
 
 const FORMATS: [&str; 8] = ["vol", "npy", "npz", "h5", "mat", "nrrd", "vti", "vtk"];
 
-/// Values of which those of a type are exact: quarters in floating point, whole numbers else.
+/// Values that a type represents exactly: quarters in floating point, integers otherwise.
 fn sample(element: Element, channels: usize) -> Volume<f64> {
     let whole = if element.is_integer() { 1.0 } else { 0.25 };
     let values = (0..24 * channels).map(|i| whole * i as f64).collect();
@@ -16,7 +16,7 @@ fn sample(element: Element, channels: usize) -> Volume<f64> {
     volume.with_element(element)
 }
 
-/// A place whose numbers are exact in binary.
+/// A placement whose numbers are exact in binary.
 fn place(nodes: bool) -> VolumeFrame {
     VolumeFrame {
         first: DVec3::new(0.5, -1.0, 2.0),
@@ -25,7 +25,7 @@ fn place(nodes: bool) -> VolumeFrame {
     }
 }
 
-/// How a file that was written must be read.
+/// Options that read a written file back.
 fn reading(path: &Path, axes: Option<AxisOrder>) -> Options<'static> {
     let several = Format::of(path).unwrap().has_datasets();
     Options {
@@ -103,7 +103,7 @@ fn places_are_kept() {
             }
         }
     }
-    // A box of cells, from half a step before the first sample on.
+    // A box of cells, from half a step before the first sample.
     let path = folder.path().join("a.vol");
     let volume = sample(Element::F32, 1).with_frame(place(true));
     assert!(write(&path, &volume, "density").unwrap().place);
@@ -176,7 +176,7 @@ fn names_that_are_refused() {
     assert!(error.to_string().contains("volumes are .vol"), "{error}");
 }
 
-/// What is linear stays so, up to where the outermost samples are.
+/// Linear values stay linear, up to the outermost samples.
 #[test]
 fn resampled_linear_values() {
     let linear = |p: DVec3| 1.0 + 2.0 * p.x - 3.0 * p.y + 0.5 * p.z;

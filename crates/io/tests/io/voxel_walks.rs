@@ -1,6 +1,7 @@
-//! Walks through voxels beside walks by edges, in volumes of labels drawn at random.
+//! Random walks through voxels, compared with walks by edges, in random volumes of labels.
 //!
-//! Edges are followed where any meter looks at something else than voxels. False alarms: 1e-3 for all comparisons together. Seeds are fixed.
+//! Walks use edges as soon as a meter observes anything except voxels. False alarms: 1e-3 for all
+//! comparisons together. Seeds are fixed.
 
 use morgana_io::LoadOptions;
 use serde_json::{Value, json};
@@ -29,17 +30,18 @@ fn run(scene: &Value, seed: u64, max_depth: Option<u32>) -> Measurement {
     measure(&loaded.groups, &meters, &options, &Handle::default(), go_on).unwrap()
 }
 
-/// What a scene of labels has.
+/// Properties of a scene of labels.
 #[derive(Clone, Copy, Debug)]
 struct Kind {
     refraction: bool,
     gates: bool,
-    /// A black ball within, and a disc that measures light on its way out.
+    /// True for a black ball inside, and a disc that measures outgoing light.
     others: bool,
     max_depth: Option<u32>,
 }
 
-/// Voxels of unlike sides, turned or mirrored, with four labels, of which two have the same index and one scatters nothing; 0 is outside.
+/// Voxels with unequal sides, rotated or mirrored, with four labels; two labels have equal indices,
+/// one scatters nothing, and 0 is outside.
 fn random_scene(rng: &mut Rng, kind: Kind) -> Value {
     let [nx, ny, nz] = [0; 3].map(|_| 3 + (rng.next_1d() * 4.0) as usize);
     let mut label = || match rng.next_1d() {
@@ -105,7 +107,7 @@ fn random_scene(rng: &mut Rng, kind: Kind) -> Value {
     scene
 }
 
-/// Names and z-scores of all that two measurements have in common.
+/// Names and z-scores of all quantities that two measurements share.
 fn differences(a: &Measurement, b: &Measurement) -> Vec<(String, f64)> {
     let mut zs = Vec::new();
     let balances = |m: &Measurement| {
@@ -120,7 +122,7 @@ fn differences(a: &Measurement, b: &Measurement) -> Vec<(String, f64)> {
         let z = z_test::two_sample_z(a.mean, a.error, b.mean, b.error);
         zs.push((format!("balance {i}"), z));
     }
-    // All but those of the zone.
+    // All readings except readings of the zone.
     let readings = |m: &Measurement| -> Vec<Reading> {
         let all = m.readings.iter().flatten();
         all.filter(|r| r.mean.len() > 1).cloned().collect()
@@ -135,7 +137,7 @@ fn differences(a: &Measurement, b: &Measurement) -> Vec<(String, f64)> {
     zs
 }
 
-/// The sides of voxels, refraction and its absence, gates, other surfaces and a largest depth in turn.
+/// Varies the sides of voxels, refraction, gates, other surfaces and a largest depth.
 #[test]
 fn walks_through_voxels_agree_with_walks_by_edges() {
     let mut rng = Rng::new(26);

@@ -1,4 +1,4 @@
-//! Volumes of VTK, written by VTK, and such files that must be refused. Values are x + 10 y + 100 z.
+//! VTK volumes written by VTK, and refused files of this format. Values are x + 10 y + 100 z.
 
 use crate::volumes_of_others::{bytes, check, data, place};
 use glam::DVec3;
@@ -37,7 +37,7 @@ fn every_encoding_of_vti() {
     }
 }
 
-/// LZMA is refused with what to do; so is a block of LZ4 that is damaged, and none panics.
+/// LZMA is refused with advice. A damaged LZ4 block is refused, too, and nothing panics.
 #[test]
 fn compressed_vti_that_is_refused() {
     let error = vti::read::<f64>(&data("lzma.vti"), Options::default()).unwrap_err();
@@ -99,7 +99,7 @@ fn legacy_vtk() {
 }
 
 #[track_caller]
-/// Legacy files encode names that are not words; their arrays have their real names.
+/// Legacy files encode names that are not words; arrays have their real names.
 #[test]
 fn names_in_legacy_vtk_are_decoded() {
     let text = String::from_utf8(bytes("ascii.vtk")).unwrap();
@@ -224,7 +224,7 @@ fn vti_that_is_refused() {
     );
 }
 
-/// Sizes that a file claims are not believed.
+/// Readers do not trust the sizes that a file states.
 #[test]
 fn vti_blocks_that_are_refused() {
     let good = bytes("appended_raw_zlib.vti");

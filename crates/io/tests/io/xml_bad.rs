@@ -1,10 +1,10 @@
-//! Scene files with mistakes: the message, the place and the suggestion.
+//! Scene files with mistakes: message, position and suggestion.
 
 use crate::common::messages;
 use morgana_io::{Diagnostic, Diagnostics, xml};
 
-/// `line:column message | help` for each mistake in a scene with these contents, which begin at
-/// line 2, column 1.
+/// Returns `line:column message | help` for each mistake in a scene with these contents, which
+/// begin at line 2, column 1.
 fn mistakes(contents: &str) -> Vec<String> {
     let text = format!("<scene version='3.0.0'>\n{contents}\n</scene>");
     messages(&text).iter().map(describe).collect()
@@ -370,7 +370,7 @@ mod files {
     use super::*;
     use std::path::PathBuf;
 
-    /// Writes files to a folder and loads `main.xml`; the messages with file names.
+    /// Writes files to a folder and loads `main.xml`. Returns the messages with file names.
     fn load(files: &[(&str, &[u8])]) -> Vec<String> {
         let folder = tempfile::tempdir().unwrap();
         for (name, content) in files {

@@ -1,4 +1,4 @@
-//! Scene files that must be read, and what they mean.
+//! Valid scene files, and their meaning.
 
 use crate::common::{child, object, read, value};
 use glam::{DMat4, DVec3, DVec4};

@@ -1,4 +1,5 @@
-//! The XML Schema of scenes, by the little of XML Schema that it uses: types of children, and words of attributes.
+//! XML Schema of scenes, checked by an interpreter of the subset that it uses: types of children,
+//! and words of attributes.
 
 use morgana_io::xml::xml_schema;
 use roxmltree::{Document, Node};
@@ -15,7 +16,7 @@ fn named<'a>(nodes: impl Iterator<Item = Node<'a, 'a>>, name: &str) -> Option<No
     nodes.find(|n| n.attribute("name") == Some(name))
 }
 
-/// Whether an attribute may have a value, by the name of its type.
+/// True if an attribute may have a value, by the name of its type.
 fn allows(schema: Node, of_type: &str, value: &str) -> bool {
     if of_type == "xs:string" || value.contains('$') {
         return true;
@@ -33,7 +34,7 @@ fn allows(schema: Node, of_type: &str, value: &str) -> bool {
     is_word || members.ends_with("xs:string")
 }
 
-/// What is wrong with an element, and with those in it, whose type is `defined`.
+/// Collects the errors of an element of type `defined`, and of its descendants.
 fn mistakes(schema: Node, defined: Node, element: Node, found: &mut Vec<String>) {
     let attributes: Vec<Node> = children(defined, "attribute").collect();
     for attribute in element.attributes() {
@@ -50,7 +51,7 @@ fn mistakes(schema: Node, defined: Node, element: Node, found: &mut Vec<String>)
     for child in element.children().filter(Node::is_element) {
         let tag = child.tag_name().name();
         let Some(choice) = choice else {
-            // Steps of transforms, and what spectra hold.
+            // Skip steps of transforms, and contents of spectra.
             continue;
         };
         let Some(of_tag) = named(children(choice, "element"), tag) else {
@@ -64,7 +65,7 @@ fn mistakes(schema: Node, defined: Node, element: Node, found: &mut Vec<String>)
     }
 }
 
-/// What an editor would underline in a scene.
+/// Returns the errors that an editor would underline in a scene.
 fn underlined(scene: &str) -> Vec<String> {
     let text = xml_schema();
     let document = Document::parse(&text).unwrap();
@@ -100,7 +101,7 @@ fn mistakes_are_underlined() {
     assert_eq!(underlined(scene), ["type=spere", "<flot>", "name=sigma"]);
 }
 
-/// Parameters of expressions have names of their own.
+/// Parameters of expressions may have any name.
 #[test]
 fn free_names_are_free() {
     let scene = r#"<scene version="3.0.0"><sampler type="independent"/><volume type="expression"><float name="speed" value="1"/></volume></scene>"#;

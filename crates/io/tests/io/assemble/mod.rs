@@ -1,4 +1,4 @@
-//! What bad scenes get: every mistake with its line, what was expected, and what to do.
+//! Messages for invalid scenes: every mistake with its line, the expected value, and a fix.
 
 use glam::DVec3;
 use morgana_io::{LoadOptions, Loaded};
@@ -122,7 +122,7 @@ fn missing_files_are_named() {
         ),
         &["none.npy"],
     );
-    // What the file might have said is not asked for besides.
+    // Parameters that the missing file might have stated are not requested as well.
     let volume = "<volume name=\"ior\" type=\"bspline\"><string name=\"filename\" value=\"none.vti\"/></volume>";
     let message = load(&graded(volume)).unwrap_err();
     assert_eq!(message.matches("error:").count(), 1, "{message}");
@@ -220,7 +220,8 @@ fn branches_of_a_graded_ball_draw_no_warning() {
     }
 }
 
-/// The mean chord of a unit ball is 4/3; that of its box, by which it is judged, the same.
+/// The mean chord of a unit ball is 4/3; its box, by which the check estimates it, has an equal
+/// mean chord.
 #[test]
 fn paths_that_hardly_ever_end_are_a_warning() {
     let scene = |sigma_s: f64, sigma_a: f64, depth: &str| {
@@ -255,7 +256,7 @@ fn a_declared_match_that_is_none_is_a_warning() {
     );
 }
 
-/// Discs across a ball of radius 1: some that reach beyond it, and some that do not.
+/// Discs across a ball of radius 1; some extend beyond it.
 #[test]
 fn a_beam_starts_in_one_medium() {
     let scene = |height: f64, radius: f64| {
@@ -266,7 +267,7 @@ fn a_beam_starts_in_one_medium() {
         let medium = "<medium name=\"interior\" type=\"homogeneous\"><float name=\"sigma_t\" value=\"1\"/></medium>";
         format!("{}{beam}", ball(medium))
     };
-    // A half of the disc's area lies within a radius of √0.5.
+    // Half of the disc's area lies within a radius of √0.5.
     warned(
         &scene(0.5_f64.sqrt(), 1.0),
         "of the beam starts outside of medium 'homogeneous'",
@@ -491,7 +492,7 @@ fn spectral_films_have_as_many_channels_as_wavelengths() {
     assert_eq!(loaded.channel_names[1], "450nm");
 }
 
-/// A projector that a matrix turns, of which the linear part is given.
+/// A projector under a rotation matrix, whose linear part is given.
 fn projector(matrix: &str) -> String {
     format!(
         "<emitter type=\"projector\"><float name=\"fov\" value=\"30\"/><float name=\"irradiance\" value=\"1\"/>
@@ -499,7 +500,8 @@ fn projector(matrix: &str) -> String {
     )
 }
 
-/// A turn by 30 degrees with three digits stretches lengths by some 4e-4; with four, by 5e-5.
+/// A rotation by 30 degrees rounded to three digits stretches lengths by about 4e-4; to four
+/// digits, by 5e-5.
 #[test]
 fn what_cannot_be_deformed_takes_the_nearest_rotation() {
     let turn = |cos: &str| projector(&format!("{cos} -0.5 0 0.5 {cos} 0 0 0 1"));
@@ -523,7 +525,7 @@ fn what_cannot_be_deformed_takes_the_nearest_rotation() {
     refused(&projector("1 0.5 0 0 1 0 0 0 1"), &["can only be rotated"]);
 }
 
-/// As in Mitsuba.
+/// A point or a direction replaces the transform, as in Mitsuba.
 #[test]
 fn a_point_or_a_direction_takes_the_place_of_a_transform() {
     let emitter = |plugin: &str, parameters: &str| {

@@ -1,8 +1,8 @@
-//! Beams, fibres and volumes that emit.
+//! Beams, fibres and emitting volumes.
 
 use super::*;
 
-/// An emitter of a plugin with such contents, along +z from (0, 0, −3).
+/// An emitter of a plugin with given contents, along +z from (0, 0, −3).
 fn beam(plugin: &str, contents: &str) -> String {
     format!(
         "<emitter type=\"{plugin}\"><transform name=\"to_world\"><translate z=\"-3\"/></transform>{contents}</emitter>"
@@ -148,7 +148,7 @@ fn apertures_that_draw_warnings() {
     );
     let medium = "<medium name=\"interior\" type=\"homogeneous\"/>";
     let ball = ball(medium).replace("<bsdf", "<float name=\"radius\" value=\"3\"/><bsdf");
-    // It is outside of the ball on whose surface it ends.
+    // The fibre is outside the ball on whose surface it ends.
     let loaded = load(&format!(
         "{ball}{}",
         beam("fiber", &format!("{POWER}{CONE}{radius}"))
@@ -160,7 +160,7 @@ fn apertures_that_draw_warnings() {
     assert!(!warnings.contains("fibre"), "{warnings}");
 }
 
-/// Only connections look for it, by `path`.
+/// With `path`, only connections find it.
 #[test]
 fn narrow_fibres_are_not_for_paths() {
     let beam = |focus: f64| {
@@ -180,7 +180,7 @@ fn narrow_fibres_are_not_for_paths() {
     }
 }
 
-/// sin θ₀ = NA/n with the index in which the fibre ends.
+/// sin θ₀ = NA/n with the index of the medium in which the fibre ends.
 #[test]
 fn numerical_apertures_depend_on_the_index() {
     let aperture =

@@ -6,8 +6,8 @@ use morgana_io::scene::Value;
 use morgana_io::{Diagnostic, Diagnostics, ObjectDescription, PluginKind, SceneDescription, xml};
 use proptest::test_runner::{Config, RngSeed};
 
-/// How property tests draw their inputs: the same 1000 every time, lest a change be refused for what it did
-/// not touch; under `MORGANA_LONG_TESTS` 50 000 that nobody has tried before.
+/// Configuration of property tests: always 1000 equal inputs, so that a change cannot fail on parts
+/// that it did not touch; under `MORGANA_LONG_TESTS` 50 000 new random inputs.
 pub fn inputs() -> Config {
     let long = std::env::var_os("MORGANA_LONG_TESTS").is_some();
     let (cases, rng_seed) = if long {

@@ -1,4 +1,4 @@
-//! Bsdfs by name, and what is refused.
+//! Bsdfs by name, and refused ones.
 
 use super::support::*;
 use glam::DVec3;
@@ -40,7 +40,8 @@ fn nested_surfaces() {
     assert!(matches!(kind(text), Bsdf::Principled(_)));
 }
 
-/// Roughness along the first tangent and across, of numbers and of textures, is that of [`Roughness::anisotropic`].
+/// Roughness along the first tangent and across it, of numbers and of textures, equals
+/// [`Roughness::anisotropic`].
 #[test]
 fn roughness_in_two_directions() {
     let s = Surface {
@@ -175,7 +176,7 @@ fn what_is_refused() {
     );
 }
 
-/// Along the normal, by the formulae of the models.
+/// Values along the normal follow the models' formulae.
 #[test]
 fn older_bsdfs_take_their_parameters() {
     let along = |bsdf_text: &str| {

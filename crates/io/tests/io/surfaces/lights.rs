@@ -12,7 +12,7 @@ const IES: &str = "IESNA:LM-63-2002\n[MANUFAC] nobody\nTILT=NONE\n1 1000 2 3 2 1
 fn photometric_files() {
     let light = morgana_io::ies::parse(IES.as_bytes()).unwrap();
     assert_eq!(light.vertical, [0.0, 45.0, 90.0]);
-    // A quarter of the turn, mirrored twice; all times the multiplier 2.
+    // A quarter of the full turn, mirrored twice, times the multiplier 2.
     assert_eq!(light.horizontal, [0.0, 90.0, 180.0, 270.0, 360.0]);
     let (a, b) = ([200.0, 100.0, 0.0], [400.0, 200.0, 0.0]);
     assert_eq!(light.candela, [a, b, a, b, a].concat());
@@ -122,7 +122,8 @@ fn spots_throw_textures() {
 <string name="filter_type" value="nearest"/></texture></emitter>"#;
     let load = |body: &str| load_from(directory.path(), "", body);
     let loaded = load(body).unwrap();
-    // u runs along local +x, which is world +x; within the beam's width and halfway between it and the cutoff.
+    // u runs along local +x, which is world +x. Probe within the beam's width, and halfway between
+    // it and the cutoff.
     let at = |degrees: f64| {
         let (sin, cos) = degrees.to_radians().sin_cos();
         emitted(&loaded, DVec3::new(sin, -cos, 0.0))
@@ -148,7 +149,7 @@ fn spots_throw_textures() {
     }
 }
 
-/// A light inside of a shape.
+/// A light inside a shape.
 fn shining(shape: &str, radiance: &str) -> String {
     format!(
         r#"{shape}<bsdf type="diffuse"><float name="reflectance" value="0"/></bsdf>
@@ -156,7 +157,7 @@ fn shining(shape: &str, radiance: &str) -> String {
     )
 }
 
-/// Powers over π and area.
+/// Powers divided by π and the area.
 fn mean_radiance(loaded: &Loaded) -> [f64; 3] {
     let scene = loaded.scene();
     let area = scene.objects()[0].shape.area();

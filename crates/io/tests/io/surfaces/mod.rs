@@ -1,5 +1,4 @@
-//! Bsdfs, textures, emitters and shapes from files, and instances in scene files: what becomes of them, and what is
-//! refused.
+//! Bsdfs, textures, emitters, shapes and instances from scene files: accepted and refused ones.
 
 mod bsdfs;
 mod lights;

@@ -27,7 +27,7 @@ fn instances_are_copies() {
         let ball = objects[k + 1].shape.aabb();
         assert!((ball.center().x - x).abs() < 1e-9);
     }
-    // A group alone puts up nothing.
+    // A group alone adds no shape.
     assert!(
         load_from(directory.path(), "", GROUP)
             .unwrap()

@@ -1,4 +1,4 @@
-//! Scenes of one shape, and what their bsdfs are.
+//! Scenes of one shape, and access to their bsdfs.
 
 use glam::DVec3;
 use morgana_io::image::tone::Tone;

@@ -109,7 +109,7 @@ fn colours_of_vertices() {
     assert!(error.contains("the shape has no colours"), "{error}");
 }
 
-/// Two faces, of which the first is two triangles; the names are those that Mitsuba writes.
+/// Two faces, the first of two triangles, with the attribute names that Mitsuba writes.
 #[test]
 fn colours_of_faces() {
     let directory = tempfile::tempdir().unwrap();
@@ -138,7 +138,7 @@ fn colours_of_faces() {
     assert!(error.contains("did you mean 'face_color'?"), "{error}");
 }
 
-/// Images begin at the top, and v in .obj files at the bottom.
+/// Images begin at the top; v in .obj files begins at the bottom.
 #[test]
 fn coordinates_of_obj_files_are_turned() {
     let directory = tempfile::tempdir().unwrap();
@@ -174,7 +174,7 @@ fn roughness_from_images() {
             let direction = DVec3::new(0.2, 0.1, 1.0).normalize();
             bsdf(&loaded).eval(&s, DVec3::Z, direction)[0]
         };
-        // The numbers in the file, not what they encode.
+        // Expect the numbers in the file, not the values that they encode.
         let stored = [0.25, 0.5].map(morgana_io::scene::srgb_from_linear);
         for (u, alpha) in [(0.2, stored[0]), (0.8, stored[1])] {
             let even = format!(r#"<float name="alpha" value="{alpha}"/>"#);
@@ -191,7 +191,7 @@ fn roughness_from_images() {
     );
 }
 
-/// What a texture is times a factor, and a number times one.
+/// A texture times a factor, and a number times a texture.
 #[test]
 fn multiples_of_textures() {
     let directory = tempfile::tempdir().unwrap();
@@ -214,7 +214,7 @@ fn multiples_of_textures() {
         let loaded = load_from(directory.path(), "", &bsdf_text(plain)).unwrap();
         close(reflectance(bsdf(&loaded), [0.2, 0.5]), expected);
     }
-    // Twice an image that has a pixel of 1.
+    // Double an image that has a pixel of 1.
     let message = load_from(
         directory.path(),
         "",
@@ -226,7 +226,8 @@ fn multiples_of_textures() {
     assert!(message.contains("reflectance"), "{message}");
 }
 
-/// A grid of a linear function is that function between the centres of its cells, at points of the world.
+/// A grid of a linear function reproduces it between the centres of its cells, at points of the
+/// world.
 #[test]
 fn volumes_cover_surfaces() {
     let directory = tempfile::tempdir().unwrap();
@@ -282,7 +283,7 @@ fn textures_that_are_not_modelled() {
     }
 }
 
-/// Numbers of faces choose between two surfaces; colours by any name; a scale.
+/// Face attributes choose between two surfaces; colours may have any name; a scale applies.
 #[test]
 fn attributes_of_any_name() {
     let directory = tempfile::tempdir().unwrap();
@@ -322,7 +323,7 @@ fn attributes_of_any_name() {
     }
 }
 
-/// How Mitsuba holds an image changes nothing but rounding.
+/// Mitsuba's storage format of an image changes nothing except rounding.
 #[test]
 fn formats_of_bitmaps_are_accepted() {
     let directory = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! A small scene for each plugin that takes a transform.
+//! A small scene for each plugin that accepts a transform.
 
 use crate::transforms::map::Map;
 use morgana_io::PluginKind;
@@ -6,7 +6,7 @@ use morgana_io::image::{ImageLayers, Layer, exr};
 use serde_json::{Value, json};
 use std::path::Path;
 
-/// A scene in which a plugin shines, sees or stands in the way.
+/// A scene in which a plugin emits, senses or blocks light.
 pub struct Case {
     pub kind: PluginKind,
     pub plugin: &'static str,
@@ -111,7 +111,7 @@ pub fn all() -> Vec<Case> {
     cases
 }
 
-/// Pictures that shine from curved shapes, which transforms may not make uneven.
+/// Image-textured lights on curved shapes, which transforms must not make uneven.
 pub fn shining() -> Vec<Case> {
     let cases = cases!(Shape:
         "sphere" => |m| shining_shape(m, json!({"type": "sphere"})),
@@ -120,7 +120,7 @@ pub fn shining() -> Vec<Case> {
     cases.into()
 }
 
-/// Where emitters stand that shine on the ball from beside the sensor.
+/// Position of emitters that light the ball from beside the sensor.
 const ABOVE: [f64; 3] = [2.0, 3.0, 4.0];
 const WEDGE: [[f64; 3]; 4] = [
     [-1.0, -1.0, 0.3],
@@ -159,7 +159,7 @@ fn lit(m: &Map, emitter: Value) -> Value {
     )
 }
 
-/// A ball under the sky, before a sensor.
+/// A ball under the sky, in front of a sensor.
 fn seen(m: &Map, sensor: Value) -> Value {
     let sensor = with(
         sensor,
@@ -174,7 +174,7 @@ fn shape(m: &Map, shape: Value) -> Value {
     with(scene(m), json!({"shape": shape, "sky": sky(m)}))
 }
 
-/// A shape that shows and casts a picture.
+/// A shape that shows and emits an image.
 fn shining_shape(m: &Map, light: Value) -> Value {
     let picture = json!({"type": "bitmap", "filename": "picture.exr", "raw": true});
     let light = with(
@@ -248,7 +248,7 @@ pub fn write_files(folder: &Path) {
     }
 }
 
-/// Colours without any symmetry.
+/// Writes an image whose colours have no symmetry.
 fn write_picture(path: &Path, width: usize, height: usize) {
     let channel = |c: usize| {
         let value = |i: usize| 0.1 + 0.2 * ((i * (7 + c)) % 11) as f32;
@@ -270,6 +270,6 @@ fn write_picture(path: &Path, width: usize, height: usize) {
     exr::write(path, &image).unwrap();
 }
 
-/// Brighter to one side.
+/// A light profile, brighter on one side.
 const LIGHT: &str = "IESNA:LM-63-2002\nTILT=NONE\n1 1000 1 3 5 1 2 0 0 0\n1 1 100\n0 45 90\n0 90 180 270 360\n\
                     40 30 10\n20 15 5\n60 20 5\n10 5 2\n40 30 10\n";

@@ -1,9 +1,9 @@
-//! Where the things of a scene stand: all moved together, by a map that may be rounded.
+//! A map that places all objects of a scene, and may be rounded.
 
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
 use serde_json::{Value, json};
 
-/// A rotation, perhaps with a mirror and a uniform scale, of the whole scene.
+/// A rotation of the whole scene, optionally with a mirror and a uniform scale.
 #[derive(Clone, Copy)]
 pub struct Map {
     linear: DMat3,
@@ -18,7 +18,7 @@ pub const IDENTITY: Map = Map {
     digits: None,
 };
 
-/// A rotation; the same with a mirror; the same with a scale.
+/// Three maps: a rotation, the rotation with a mirror, and the rotation with a scale.
 pub fn maps() -> [(&'static str, Map); 3] {
     let axis = DVec3::new(1.0, 2.0, 3.0).normalize();
     let linear = DMat3::from_quat(DQuat::from_axis_angle(axis, 0.9));
@@ -44,7 +44,7 @@ impl Map {
         self.scale
     }
 
-    /// Growth of areas: what intensities must grow by to leave irradiances as they are.
+    /// Growth of areas, by which intensities must grow to keep irradiances.
     pub fn area(&self) -> f64 {
         self.scale * self.scale
     }
@@ -56,12 +56,12 @@ impl Map {
         }
     }
 
-    /// What stands at the origin, turned askew.
+    /// Transform of a skew object at the origin.
     pub fn turned(&self) -> Value {
         self.place([0.0; 3])
     }
 
-    /// What stands at a point, turned askew.
+    /// Transform of a skew object at a point.
     pub fn place(&self, at: [f64; 3]) -> Value {
         let askew = DQuat::from_axis_angle(DVec3::new(2.0, -1.0, 0.5).normalize(), 0.7);
         self.of(DAffine3::from_rotation_translation(askew, at.into()))
@@ -73,7 +73,7 @@ impl Map {
         json!(all.transform_point3(at.into()).to_array())
     }
 
-    /// What looks, or shines, from a point to the origin along +z.
+    /// Transform of a sensor or emitter at a point that faces the origin along +z.
     pub fn view(&self, from: [f64; 3]) -> Value {
         let from = DVec3::from(from);
         let ahead = -from.normalize();
@@ -82,7 +82,7 @@ impl Map {
         self.of(DAffine3::from_mat3_translation(view, from))
     }
 
-    /// The unit cube over the unit ball.
+    /// Transform of the unit cube over the unit ball.
     pub fn unit_cube(&self) -> Value {
         let cube = DAffine3::from_scale(DVec3::splat(2.0))
             * DAffine3::from_translation(DVec3::splat(-0.5));

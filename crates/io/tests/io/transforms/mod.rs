@@ -1,10 +1,10 @@
-//! Scenes whose transforms are rounded, mirrored and scaled, against the same scenes with exact transforms.
+//! Scenes with rounded, mirrored and scaled transforms, compared with exact transforms.
 //!
-//! Rounding the transforms moves things by the digits that are lost. With the same random numbers images then agree to
-//! as much, but for the few samples that pass an edge on its other side: [`TOLERANCES`].
+//! Rounding moves objects by the lost digits. With common random numbers, images then agree to this
+//! accuracy, except for the few samples that pass an edge on its other side: [`TOLERANCES`].
 //!
-//! A scene that is rotated, mirrored or scaled as a whole looks the same, and two estimators see the same: means of
-//! images are compared by z-test, at a false-alarm rate of 1e-4 for each of the two families.
+//! A scene that is rotated, mirrored or scaled as a whole looks the same, for two estimators. Means
+//! of images are compared by z-test, at a false-alarm rate of 1e-4 for each of the two families.
 
 mod cases;
 mod map;
@@ -22,8 +22,9 @@ use transport::render::{Handle, MeasureOptions, RenderOptions, measure, render};
 const FAMILY: f64 = 1e-4;
 /// Samples per pixel; images have 16 pixels.
 const SAMPLES: u64 = 16;
-/// Digits, and by how much the mean of an image may change. What moves by 1e-4 of its size moves means by as much, or
-/// by a few of 256 samples; at six and eight digits edges are too narrow to be passed.
+/// Digits, and the allowed change of an image's mean. A displacement of 1e-4 of the size changes
+/// means by as much, or by a few of 256 samples. At six and eight digits edges are too narrow for
+/// samples to change sides.
 const TOLERANCES: [(i32, f64); 3] = [(4, 3e-2), (6, 1e-4), (8, 1e-6)];
 
 fn load(case: &Case, map: &Map, folder: &Path, integrator: &str) -> Loaded {
@@ -56,7 +57,7 @@ fn folder() -> tempfile::TempDir {
     folder
 }
 
-/// z of two means with their errors; equal ones differ by nothing.
+/// z of two means with their errors; 0 if they are equal.
 fn z((a, da): (f64, f64), (b, db): (f64, f64)) -> f64 {
     if (a - b).abs() < 1e-12 * a {
         0.0
@@ -84,8 +85,8 @@ fn every_plugin_with_a_transform_is_here() {
             case.plugin
         );
     }
-    // Transforms leave the radii of curves as they are and scale those of hair; these and radiance meters have tests of their
-    // own. What is the same everywhere stays.
+    // Transforms do not change the radii of curves, and scale the radii of hair; hair, curves and
+    // radiance meters have their own tests. Constants do not depend on transforms.
     assert_eq!(
         missing,
         BTreeSet::from([
@@ -102,7 +103,7 @@ fn every_plugin_with_a_transform_is_here() {
 #[test]
 fn rounded_transforms_show_what_exact_ones_do() {
     let folder = folder();
-    // Bins of the adjoint estimate that a pilot learns are edges, too: with this seed no path passes one.
+    // Bins of the adjoint estimate of a pilot are edges, too; with this seed no path crosses one.
     let by = ("path", 5);
     for case in cases::all().iter().chain(&cases::shining()) {
         for (name, map) in maps() {

@@ -1,6 +1,7 @@
-//! Parts of scenes whose lengths scale: `0.4@1` is a length of 0.4, `0.3@-1` an extinction, `5@2` an area or a power.
+//! Parts of scenes with scalable lengths: `0.4@1` is a length of 0.4, `0.3@-1` an extinction, `5@2`
+//! an area or a power.
 
-/// A picture of a few pixels by a camera of a kind with more parameters.
+/// An image of a few pixels by a camera of a kind with further parameters.
 pub fn camera(kind: &str, more: &str) -> String {
     format!(
         r#""sensor": {{"type": "{kind}", {more}
@@ -39,7 +40,7 @@ pub fn spline() -> String {
     )
 }
 
-/// Indices, one for each plugin or way to give one.
+/// Indices, one for each plugin and notation.
 pub fn fields() -> Vec<(&'static str, String)> {
     let in_box =
         r#""placement": "nodes", "to_world": [{"translate": [-0.5, -0.5, -0.5]}, {"scale": 2@1}]"#;
@@ -183,7 +184,7 @@ pub fn shapes() -> Vec<(&'static str, &'static str)> {
     ]
 }
 
-/// Surfaces, and what is inside.
+/// Surfaces and contents.
 pub const INSIDES: [(&str, &str); 3] = [
     (
         "haze",
