@@ -1,4 +1,5 @@
-//! Imports within a folder run one way: no circles among its modules, but for those that ARCHITECTURE.md gives a reason for.
+//! Imports within a folder run one way: modules form no circles, except those that ARCHITECTURE.md
+//! gives a reason for.
 
 mod sources;
 
@@ -7,29 +8,29 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Circles that are meant, as folder and modules.
+/// Allowed circles, as folder and modules.
 const ALLOWED: &[(&str, &[&str])] = &[
     // The smoothing solver works on the prefilter's lines.
     ("eikonal/field/bspline", &["prefilter", "smooth"]),
-    // Values may be transforms, which are made of values.
+    // Values may be transforms, which consist of values.
     ("io/json", &["transforms", "values"]),
-    // Nodes hold values, whose masks are those of nodes.
+    // Nodes hold values; masks of values are masks of nodes.
     ("formats/volume/vdb", &["tree", "values"]),
-    // A scene gives its fields, a field keeps its scene.
+    // A scene returns its fields, and a field keeps its scene.
     ("python", &["field", "scene"]),
-    // Errors state the limits of roughness, and microfacets report them.
+    // Errors state the limits of roughness, and microfacets report these errors.
     ("optics/bsdf", &["error", "microfacet"]),
-    // Samples that splat are shared out among strategies, whose films are splatted to.
+    // Splatting samples are divided among strategies, and the films of strategies receive splats.
     ("transport/render", &["splats", "strategies"]),
     // Even points and random numbers share a hash.
     ("optics/sampling", &["points", "sampler"]),
 ];
 
 type Module = Vec<String>;
-/// For each folder, which of its modules import which others.
+/// Imports among the modules of each folder.
 type Arrows = BTreeMap<String, BTreeMap<String, BTreeSet<String>>>;
 
-/// The module that a file is, in its crate.
+/// Returns the path of a file's module in its crate.
 fn module(file: &Path) -> Module {
     let path = file.with_extension("");
     let parts = path
@@ -42,7 +43,7 @@ fn module(file: &Path) -> Module {
     }
 }
 
-/// The source without comments and without what follows `#[cfg(test)]`.
+/// Returns the source without comments and without the text after `#[cfg(test)]`.
 fn code(text: &str) -> String {
     let lines = text
         .lines()
@@ -51,7 +52,7 @@ fn code(text: &str) -> String {
     bare.collect::<Vec<_>>().join(" ")
 }
 
-/// The modules that a source names by `crate::` or `super::`, members of braces included.
+/// Returns the modules that a source names by `crate::` or `super::`, including members of braces.
 fn named(code: &str, module: &Module) -> Vec<Module> {
     let mut found = Vec::new();
     for (at, _) in code
@@ -78,7 +79,7 @@ fn named(code: &str, module: &Module) -> Vec<Module> {
     found
 }
 
-/// Adds the paths that begin with `path` and go on as in `rest`: a name, or names in braces.
+/// Adds the paths that begin with `path` and continue with `rest`: a name, or names in braces.
 fn members(path: &Module, rest: &str, found: &mut Vec<Module>) {
     let rest = rest.trim_start();
     if let Some(inner) = rest.strip_prefix('{') {
@@ -111,7 +112,7 @@ fn members(path: &Module, rest: &str, found: &mut Vec<Module>) {
     }
 }
 
-/// The arrows within the folders of a crate.
+/// Returns the imports within the folders of a crate.
 fn arrows(root: &Path) -> Arrows {
     let files: Vec<PathBuf> = below(root, &["rs"]);
     let local = |file: &PathBuf| module(file.strip_prefix(root).unwrap());
@@ -136,7 +137,7 @@ fn arrows(root: &Path) -> Arrows {
     arrows
 }
 
-/// All that can be reached from a module, along at least one arrow.
+/// Returns all modules that can be reached from a module along at least one import.
 fn reached(from: &str, arrows: &BTreeMap<String, BTreeSet<String>>) -> BTreeSet<String> {
     let mut all = BTreeSet::new();
     let mut open = vec![from.to_owned()];
@@ -150,7 +151,7 @@ fn reached(from: &str, arrows: &BTreeMap<String, BTreeSet<String>>) -> BTreeSet<
     all
 }
 
-/// The circles of a crate: folder, and the modules that reach one another.
+/// Returns the circles of a crate: the folder, and the modules that reach one another.
 fn circles(name: &str, root: &Path) -> BTreeSet<(String, Vec<String>)> {
     let mut found = BTreeSet::new();
     for (folder, arrows) in arrows(root) {

@@ -1,11 +1,12 @@
-//! Who may depend on whom (ARCHITECTURE.md), read off the `use` lines and paths of the sources.
+//! Allowed dependencies of modules (ARCHITECTURE.md), taken from the `use` lines and paths of the
+//! sources.
 
 mod sources;
 
 use sources::{below, root};
 use std::fs;
 
-/// Asserts that no source below `room` mentions any of the `forbidden` paths, comments aside.
+/// Asserts that no source below `room` mentions any of the `forbidden` paths, except in comments.
 fn refuses(room: &str, forbidden: &[&str]) {
     let files = below(&root().join("crates").join(room), &["rs"]);
     assert!(!files.is_empty(), "{room} has no sources");
@@ -21,7 +22,7 @@ fn refuses(room: &str, forbidden: &[&str]) {
     }
 }
 
-/// Every warning of a scene has a check, by whose name users silence it.
+/// Every warning of a scene belongs to a check, whose name users silence.
 #[test]
 fn warnings_of_scenes_have_names() {
     for room in ["assemble", "draft", "json", "query", "xml"] {
@@ -100,7 +101,8 @@ fn inside_transport_data_flows_one_way() {
         "transport/src/path",
         &["crate::integrator", "crate::render"],
     );
-    // Of the rooms of `path` each uses those before it; `connection` and the walks do not know of one another.
+    // Folders of `path` in order: each uses only those before it. `connection` and the walks do not
+    // use one another.
     let rooms = [
         "segment",
         "learnt",
@@ -156,7 +158,7 @@ fn inside_io_descriptions_know_nothing_of_readers_and_scenes() {
     refuses("io/src/draft", &["crate::schema"]);
 }
 
-/// What serves requests does not know what it serves.
+/// The server does not depend on what it serves.
 #[test]
 fn the_server_of_the_viewer_knows_nothing_of_what_it_shows() {
     refuses(
@@ -171,7 +173,7 @@ fn the_server_of_the_viewer_knows_nothing_of_what_it_shows() {
     );
 }
 
-/// Directions, distances and geometry terms between vertices come from `path` alone.
+/// Only `path` derives directions, distances and geometry terms between vertices.
 #[test]
 fn integrators_derive_no_geometry() {
     for room in ["integrator", "observe/meter"] {

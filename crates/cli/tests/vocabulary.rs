@@ -1,5 +1,5 @@
-//! Things that have a name in every textbook are called by it: words that once stood for them do not come back. One name is one
-//! type: no two public types of the libraries share theirs.
+//! Names follow textbooks: words that once stood for standard terms must not come back. Names are
+//! unique: no two public types of the libraries share one.
 
 mod sources;
 
@@ -7,10 +7,10 @@ use sources::{below, root};
 use std::collections::BTreeMap;
 use std::fs;
 
-/// Files that are read.
+/// Extensions of the files that are read.
 const READ: [&str; 6] = ["rs", "md", "py", "pyi", "ipynb", "xml"];
 
-/// Words that are not used anywhere, whatever their case, and what is written instead.
+/// Words that must not occur in any letter case, and their replacements.
 const WORDS: [(&str, &str); 13] = [
     ("attractor", "point-like emitter"),
     ("attractors", "point-like emitters"),
@@ -27,7 +27,8 @@ const WORDS: [(&str, &str); 13] = [
     ("veil", "partial transmission"),
 ];
 
-/// Parts of names of types in Rust. In prose, and in small letters, these are words like others.
+/// Parts of names of types that must not occur in Rust, and their replacements. In prose, and in
+/// lower case, these words are allowed.
 const TYPES: [(&str, &str); 17] = [
     ("Account", "BalanceSums"),
     ("Beginning", "FirstVertexTechniques"),
@@ -48,7 +49,8 @@ const TYPES: [(&str, &str); 17] = [
     ("Tube", "EdgeGeometry"),
 ];
 
-/// The words of a line: identifiers fall into parts at underscores and where a capital follows a small letter.
+/// Returns the words of a line. Identifiers are divided at underscores, and where a capital follows
+/// a small letter.
 fn words(line: &str) -> Vec<&str> {
     let is_border = |line: &str, at: usize| {
         let (before, after) = line.split_at(at);
@@ -69,7 +71,7 @@ fn words(line: &str) -> Vec<&str> {
     found
 }
 
-/// What is written instead of an old word in a line, if it has one; `code` is the part that is Rust.
+/// Returns the first forbidden word in a line, with its replacement; `code` is the Rust part.
 fn old_word(line: &str, code: &str) -> Option<(&'static str, &'static str)> {
     let is_old = |word: &str| WORDS.iter().find(|(old, _)| word.eq_ignore_ascii_case(old));
     let anywhere = words(line).into_iter().find_map(is_old);
@@ -117,7 +119,7 @@ fn old_words_stay_away() {
     assert!(found.is_empty(), "{}", found.join("\n"));
 }
 
-/// The name of the public type that a line at the margin declares.
+/// Returns the name of the public type that an unindented line declares.
 fn public_type(line: &str) -> Option<&str> {
     let kinds = ["struct ", "enum ", "trait ", "type "];
     let rest = line.strip_prefix("pub ")?;

@@ -1,4 +1,5 @@
-//! The page as clients meet it, friendly and hostile: who is served, what they can reach, and how much they can ask for.
+//! The viewer's page with friendly and hostile clients: access, reachable paths, and limits of
+//! requests.
 
 use io::image::{ImageLayers, Layer};
 use std::io::{Read, Write};
@@ -6,7 +7,7 @@ use std::net::{Shutdown, SocketAddr, TcpStream};
 use std::time::{Duration, Instant};
 use view::{Item, ItemOptions, ViewOptions, ViewServer};
 
-/// Longest time that anything here takes, which no limit of the server's exceeds.
+/// Longest duration in these tests; no limit of the server exceeds it.
 const PATIENCE: Duration = Duration::from_secs(15);
 
 fn image(width: usize, value: f32) -> ImageLayers {
@@ -33,7 +34,7 @@ fn one_image() -> ViewServer {
     serve(vec![Item::image("a.exr".into(), image(3, 0.5))])
 }
 
-/// Where a server listens, and its token.
+/// Address of a server, and its token.
 fn parts(server: &ViewServer) -> (SocketAddr, String) {
     let address = server.address();
     let rest = address.strip_prefix("http://").unwrap();
@@ -44,18 +45,18 @@ fn parts(server: &ViewServer) -> (SocketAddr, String) {
     )
 }
 
-/// What is answered to bytes.
+/// Sends bytes. Returns the response.
 fn exchange(socket: SocketAddr, bytes: &[u8]) -> Vec<u8> {
     let mut stream = TcpStream::connect(socket).unwrap();
     stream.set_read_timeout(Some(PATIENCE)).unwrap();
-    // A server that has had enough closes the connection.
+    // A server that has read enough closes the connection.
     let _ = stream.write_all(bytes);
     let mut answer = Vec::new();
     let _ = stream.read_to_end(&mut answer);
     answer
 }
 
-/// Status and body of the answer to `GET`, with more headers.
+/// Sends `GET` with further headers. Returns status and body of the response.
 fn get(server: &ViewServer, path: &str, headers: &str) -> (u16, Vec<u8>) {
     let (socket, token) = parts(server);
     let host = if headers.contains("Host:") {
@@ -96,7 +97,7 @@ fn values_arrive_as_they_are() {
     );
     let (_, plane) = get(&server, "api/0/plane?layer=&channel=Y", "");
     assert_eq!(floats(&plane), [0.5, 1.5, 2.5, 3.5, 4.5, 5.5]);
-    // (a − b)/√(var a + var b), as `morgana compare` has it.
+    // (a − b)/√(var a + var b), as in `morgana compare`.
     let (_, z) = get(&server, "api/difference?a=0&b=1&kind=z&channel=Y", "");
     let expected = (0..6).map(|i| -2.0 / (2.0 * (1.0 + i as f32)).sqrt());
     let is_close = |(z, expected): (f32, f32)| (z - expected).abs() < 1e-6;
@@ -119,14 +120,14 @@ fn files_that_have_changed_are_read_again() {
     let plane = || floats(&get(&server, "api/0/plane?layer=&channel=Y", "").1);
     let begin = || String::from_utf8(get(&server, "api/items", "").1).unwrap();
     write(&[3.0, 4.0, 5.0]);
-    // A page that has begun goes on with what it knows.
+    // An open page keeps its data.
     assert_eq!(plane(), [1.0, 2.0]);
     assert!(begin().contains("\"note\":null"));
     assert_eq!(plane(), [3.0, 4.0, 5.0]);
     std::fs::write(&path, "no array").unwrap();
     assert!(begin().contains("has changed and cannot be read"));
     assert_eq!(plane(), [3.0, 4.0, 5.0]);
-    // What is gone is shown as it was.
+    // A deleted file is shown as it was.
     std::fs::remove_file(&path).unwrap();
     assert!(begin().contains("\"note\":null"));
     assert_eq!(plane(), [3.0, 4.0, 5.0]);
@@ -150,7 +151,7 @@ fn every_answer_forbids_what_the_page_does_not_need() {
         for header in wanted {
             assert!(head.contains(header), "{header}");
         }
-        // Nobody else may read it.
+        // Other origins may not read it.
         assert!(!head.contains("access-control-allow"));
     }
 }
@@ -160,7 +161,8 @@ fn strangers_are_refused() {
     let server = one_image();
     let (socket, token) = parts(&server);
     let refused = [
-        // Another page, with and without a name that its owner has bound to this address.
+        // A request from another page, with and without a host name that its owner has bound to
+        // this address.
         (
             format!("/{token}/api/items"),
             format!("Host: {socket}\r\nOrigin: http://evil.example\r\n"),
@@ -254,7 +256,8 @@ fn what_is_too_large_is_refused() {
     assert_eq!(get(&server, "api/items", "").0, 200);
 }
 
-/// Clients that send slowly, or nothing at all, hold their connections for a limited time; meanwhile others are served.
+/// Clients that send slowly, or nothing at all, hold their connections for a limited time. Others
+/// are served in the meantime.
 #[test]
 fn slow_clients_hold_nobody_up() {
     let server = one_image();
@@ -270,7 +273,7 @@ fn slow_clients_hold_nobody_up() {
     }
     assert_eq!(get(&server, "api/items", "").0, 200);
     assert!(started.elapsed() < PATIENCE / 3);
-    // A byte now and then does not help.
+    // Sending a byte now and then does not extend the limit.
     let mut closed = 0;
     while closed < slow.len() && started.elapsed() < 2 * PATIENCE {
         std::thread::sleep(Duration::from_millis(500));
@@ -281,7 +284,7 @@ fn slow_clients_hold_nobody_up() {
     assert!(started.elapsed() < PATIENCE);
 }
 
-/// Whether the other end has said that nothing more comes; leaves what has come unread.
+/// True if the other end has closed its side. Unread data stay unread.
 fn is_closed(stream: &TcpStream) -> bool {
     stream
         .set_read_timeout(Some(Duration::from_millis(1)))
@@ -289,7 +292,7 @@ fn is_closed(stream: &TcpStream) -> bool {
     let mut text = [0; 16];
     match stream.peek(&mut text) {
         Ok(0) => true,
-        // The refusal, which comes before the end.
+        // The refusal, which arrives before the end.
         Ok(_) => text.starts_with(b"HTTP/1.1 408"),
         Err(e) => !matches!(
             e.kind(),
@@ -298,7 +301,7 @@ fn is_closed(stream: &TcpStream) -> bool {
     }
 }
 
-/// A client that does not read a large answer does not keep the server from ending.
+/// A client that does not read a large response does not prevent the server from ending.
 #[test]
 fn clients_that_do_not_read_hold_nobody_up() {
     let server = serve(vec![Item::image("large".into(), image(4_000_000, 0.5))]);
@@ -312,7 +315,7 @@ fn clients_that_do_not_read_hold_nobody_up() {
     assert!(started.elapsed() < PATIENCE / 3);
 }
 
-/// More connections than there are places are closed at once, and places are given back.
+/// Connections beyond the limit are closed at once, and places are freed.
 #[test]
 fn floods_are_held_off() {
     let server = one_image();
@@ -333,7 +336,7 @@ fn floods_are_held_off() {
         .collect();
     let count = |status| answers.iter().filter(|s| **s == status).count();
     assert_eq!(count(200) + count(429), 1000);
-    // A burst of 400, and 200 each second.
+    // A burst of 400, and 200 per second.
     assert!(count(200) >= 400, "{}", count(200));
     std::thread::sleep(Duration::from_millis(100));
     assert_eq!(get(&server, "api/items", "").0, 200);

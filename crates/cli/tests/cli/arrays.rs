@@ -1,15 +1,16 @@
-//! The scripts for job arrays in docs/clusters, run by a stand-in that sets the variables which Slurm and AWS Batch set.
+//! Scripts for job arrays in docs/clusters, run by a stand-in that sets the variables of Slurm and
+//! AWS Batch.
 
 use crate::support::{Folder, program};
 use std::process::Command;
 
-/// A script or definition of the documentation.
+/// Reads a script or definition of the documentation.
 fn document(name: &str) -> String {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/clusters/");
     std::fs::read_to_string(format!("{folder}{name}")).unwrap()
 }
 
-/// Runs a command in the folder with the program on its path; it must succeed.
+/// Runs a command in the folder with the program on its path. Asserts that it succeeds.
 fn run(folder: &Folder, command: &[&str], variables: &[(&str, &str)]) {
     let bin = program().parent().unwrap().display().to_string();
     let path = format!("{bin}:{}", std::env::var("PATH").unwrap());
@@ -45,14 +46,14 @@ fn slurm_arrays_make_the_image() {
             &variables,
         );
     };
-    // Task 2 of --array=0-3 fails; it is run again as the documentation says.
+    // Task 2 of --array=0-3 fails; repeat it as the documentation describes.
     for id in ["3", "0", "1"] {
         task(id, "0", "3", "4", &[]);
     }
     let missing = folder.output(1, "status --missing parts/0.part parts/1.part parts/3.part");
     assert_eq!(missing.trim(), "2");
     task("2", "2", "2", "1", &[("PARTS", "4")]);
-    // Slurm starts tasks again that it has stopped: there is nothing left to do.
+    // Slurm restarts tasks that it has stopped: nothing is left to do.
     task("1", "0", "3", "4", &[]);
     run(&folder, &["sh", "merge.slurm", "image.exr"], &[]);
     folder.succeed("render scene.xml --spp 9 -o whole.exr");

@@ -1,8 +1,10 @@
-//! The integrator auto, by the program: what it says, and that parts and resumed renders have one and the same integrator.
+//! The integrator auto, by the program: its messages, and a common integrator for parts and resumed
+//! renders.
 
 use super::support::Folder;
 
-/// A small emitter in fog that bends light, of which paths from the camera find the light in rare bright samples.
+/// A small emitter in fog that bends light: paths from the camera find its light in rare bright
+/// samples.
 fn folder() -> Folder {
     Folder::with_scene(
         r#"<shape type="sphere"><float name="radius" value="1.5"/><bsdf type="null"/>
@@ -23,7 +25,7 @@ fn what_was_chosen_and_why_is_said() {
     assert!(["particle", "bdpt"].contains(&chosen), "{chosen}");
     let reason = stats["integrator_choice"].as_str().unwrap();
     assert!(reason.contains("× as efficient as path"), "{reason}");
-    // The image is that of the integrator chosen.
+    // The image is the image of the chosen integrator.
     folder.succeed(&format!(
         "render scene.xml --spp 1000 --integrator {chosen} -o b.npy"
     ));
@@ -42,7 +44,8 @@ fn what_was_chosen_and_why_is_said() {
     );
 }
 
-/// Renders that only time ends have even samples where a pilot expects many, and continue with them.
+/// Renders with only a time limit have evenly distributed samples if a pilot expects many, and
+/// continue with them.
 #[test]
 fn samples_of_unknown_number_are_even_where_many_are_expected() {
     let folder = Folder::with_scene("");
@@ -78,7 +81,7 @@ fn parts_have_the_integrator_of_the_whole() {
     }
     folder.succeed("merge 0.part 1.part -o merged.exr");
     assert!(folder.read("whole.exr") == folder.read("merged.exr"));
-    // A render that goes on keeps its integrator.
+    // A resumed render keeps its integrator.
     let first = folder.succeed("render scene.xml --spp 1 --checkpoint c.part -o a.npy");
     assert!(first.contains("integrator path"), "{first}");
     let more = folder.succeed("render scene.xml --spp 1000 --checkpoint c.part --resume -o a.npy");
@@ -87,7 +90,8 @@ fn parts_have_the_integrator_of_the_whole() {
     assert!(folder.read("a.npy") == folder.read("b.npy"));
 }
 
-/// A small light that reaches the floor only by a mirror: paths from the camera that see nothing of it are not taken for good ones.
+/// The pilot does not prefer paths from the camera if they miss the light: a small light reaches
+/// the floor only by a mirror.
 #[test]
 fn light_that_path_hardly_sees_is_not_missed() {
     let folder = Folder::with_scene(

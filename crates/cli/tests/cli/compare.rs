@@ -1,5 +1,5 @@
-//! `morgana compare` and `morgana tonemap`. Renders of two seeds are compared at a false-alarm rate of 1e-3 for
-//! the largest z, and 1e-4 for the mean of z², of which 48 are independent.
+//! `morgana compare` and `morgana tonemap`. Renders of two seeds are compared at a false-alarm rate
+//! of 1e-3 for the largest z, and 1e-4 for the mean of z², of which 48 values are independent.
 
 use crate::support::Folder;
 use io::image::{RgbImage, exr};
@@ -103,7 +103,7 @@ fn maps_show_where_images_differ() {
         .map(|z| f64::from(z * z));
     let mean = squares.sum::<f64>() / 144.0;
     assert!((mean - numbers["z"]["mean_square"].as_f64().unwrap()).abs() < 1e-5);
-    // Equal images: no difference to see is violet, and none to measure is white.
+    // Equal images: no visible difference is violet, and no measurable difference is white.
     folder.succeed("compare a.exr a.exr --image flip.png --zmap z.png");
     let white = RgbImage::read(&folder.path("z.png")).unwrap().pixels[0];
     assert_eq!(white, [1.0; 3]);

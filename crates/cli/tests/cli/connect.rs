@@ -36,7 +36,7 @@ fn straight_rays_have_the_jacobian_of_distance_squared() {
 
 #[test]
 fn rays_of_a_luneburg_lens_are_harmonic() {
-    // x(σ) = x₀ cos σ + v₀ sin σ from the centre, where n = √2: x = √2 sin σ, J = n² sin² σ.
+    // From the centre, where n = √2, x(σ) = x₀ cos σ + v₀ sin σ: x = √2 sin σ, J = n² sin² σ.
     let answer = connect(&Folder::with_lens(), "--from 0,0,0 --to 0.6,0,0");
     let branch = &answer["branches"][0];
     close(&branch["jacobian"], 0.36);
@@ -86,8 +86,8 @@ fn branches(answer: &Value) -> &Vec<Value> {
 #[test]
 fn all_branches_behind_a_ball_of_glass_are_listed() {
     let folder = Folder::with_scene(BALL);
-    // Rays at the rim meet the axis at 1.35, rays close to it at 2.4: between these both arrive, from
-    // either side.
+    // Rays at the rim meet the axis at 1.35, rays close to it at 2.4. Between these distances both
+    // arrive, from either side.
     let points = "--from=0,0,-4 --to 0.02,0,1.9";
     let only = connect(&folder, points);
     let all = connect(&folder, &format!("{points} --all"));
@@ -134,7 +134,7 @@ fn reflections_are_followed_on_request_and_weighted_by_fresnel() {
 
 #[test]
 fn each_branch_has_its_own_occlusion() {
-    // A small screen stands on the way close to the axis only.
+    // A small screen blocks only rays close to the axis.
     let folder = Folder::with_scene(&format!(
         r#"{BALL}<shape type="disk">
           <transform name="to_world"><scale value="0.05"/><translate x="0.02" z="1.7"/></transform>
@@ -156,7 +156,8 @@ fn a_certified_pair_has_one_branch() {
     assert_eq!(branches(&answer)[0]["primary"], true);
 }
 
-/// Of a point near the centre of a glass ball no ray is reflected totally: without other reflections, there is one ray to any other.
+/// No ray from a point near the centre of a glass ball is totally reflected. Without other
+/// reflections, one ray leads to any other point.
 #[test]
 fn pairs_within_a_ball_are_certified_but_for_reflections() {
     let folder = Folder::with_scene(BALL);

@@ -1,10 +1,10 @@
-//! `morgana convert`: through all formats and back, its summary, and what it refuses.
+//! `morgana convert`: round trips through all formats, its summary, and refused input.
 
 use crate::support::Folder;
 use glam::{DMat3, DVec3};
 use io::volume::{AxisOrder, Options, Volume, npy};
 
-/// A folder with `in.npy` of 3 x 4 x 5 voxels and values of a sixteenth.
+/// A folder with `in.npy` of 3 x 4 x 5 voxels, whose values are multiples of a sixteenth.
 fn folder() -> Folder {
     let folder = Folder::with_scene("");
     let data = (0..60).map(|i| i as f32 / 16.0).collect();
@@ -13,7 +13,8 @@ fn folder() -> Folder {
     folder
 }
 
-/// Numbers of 64 bits stay what they are; contrasts are the index less the reference, to the last digit of a float.
+/// 64-bit numbers are kept exactly. Contrasts are the index minus the reference, to the last digit
+/// of a float.
 #[test]
 fn contrasts() {
     let folder = Folder::with_scene("");
@@ -124,7 +125,8 @@ fn mistakes_are_named() {
     assert_eq!(folder.files(), ["in.npy", "scene.xml"]);
 }
 
-/// Readings of meters keep their place: 2 x 3 x 4 cells of half a unit from (-0.5, -0.75, 1) on, upright or a quarter turn about z.
+/// Readings of meters keep their placement: 2 x 3 x 4 cells of half a unit from (-0.5, -0.75, 1)
+/// on, upright or rotated by a quarter turn about z.
 #[test]
 fn readings_keep_their_place() {
     let meter = |id: &str, turn: &str| {

@@ -1,4 +1,4 @@
-//! `morgana denoise` with a stand-in for Open Image Denoise's program, whose answers are known.
+//! `morgana denoise` with a stand-in for Open Image Denoise's program whose results are known.
 
 use crate::support::Folder;
 use io::image::denoised::{DENOISED, DIFFERENCE, LAYER};
@@ -10,7 +10,7 @@ fn stand_in() -> String {
     folder.join("oidn_stand_in.sh").display().to_string()
 }
 
-/// A ball whose albedo is 0.25, and `a.exr`, a render of it with guides and noise.
+/// A ball of albedo 0.25, and `a.exr`, its noisy render with guides.
 fn ball() -> Folder {
     let folder = Folder::with_scene(
         r#"<integrator type="aov"><string name="aovs" value="albedo, sh_normal"/>
@@ -112,7 +112,7 @@ fn without_guides_the_image_alone_is_denoised() {
     let [noisy, denoised] =
         ["a.exr", "b.exr"].map(|name| ImageLayers::read(&folder.path(name)).unwrap());
     assert_eq!(layer(&noisy, "").channels, layer(&denoised, LAYER).channels);
-    // A channel alone, and an image without variances.
+    // A single channel, and an image without variances.
     folder.succeed("render scene.xml --spp 8 -o a.npy");
     let outcome = folder.run(&format!("denoise a.npy --oidn {} -o c.exr", stand_in()));
     assert_eq!(outcome.stdout, "denoised without guides\n");

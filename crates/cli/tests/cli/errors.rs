@@ -1,8 +1,8 @@
-//! What happens to input that cannot be used.
+//! Input that cannot be used.
 
 use crate::support::Folder;
 
-/// Refused with a message that contains all parts, and nothing is written.
+/// Asserts that the program refuses, with a message that contains all parts, and writes nothing.
 fn refused(folder: &Folder, arguments: &str, parts: &[&str]) {
     let before = folder.files();
     let message = folder.refuse(arguments);
@@ -59,7 +59,7 @@ fn a_folder_without_permission_is_noticed_before_rendering() {
     let mode = std::fs::Permissions::from_mode(0o555);
     std::fs::set_permissions(folder.path("locked"), mode).unwrap();
     if std::fs::write(folder.path("locked/probe"), "").is_ok() {
-        return; // Permissions do not bind the superuser: `faults.rs` tests a folder that nobody can write to.
+        return; // Permissions do not bind root: `faults.rs` tests a read-only folder.
     }
     refused(
         &folder,

@@ -1,11 +1,11 @@
-//! Crashes, full disks and folders that cannot be written to: nothing is lost but what came after the last checkpoint, and no
-//! wrong image is ever made.
+//! Crashes, full disks and folders that cannot be written to. A render loses at most the work since
+//! the last checkpoint, and never writes a wrong image.
 
 use crate::support::{Folder, program};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-/// Kills before a render may come to its end.
+/// Maximum number of kills before a render may finish.
 const KILLS: u64 = 50;
 
 fn done(folder: &Folder, part: &str) -> u64 {
@@ -15,7 +15,7 @@ fn done(folder: &Folder, part: &str) -> u64 {
     json["done"].as_u64().unwrap()
 }
 
-/// A render that is killed again and again, at moments that have nothing to do with what it does.
+/// A render survives repeated kills at arbitrary moments.
 #[test]
 fn killed_renders_go_on() {
     let render = "render scene.xml --integrator path --spp 60000 --threads 1 --checkpoint c.part --resume -o a.exr -q";
@@ -29,7 +29,7 @@ fn killed_renders_go_on() {
             .args(["--checkpoint-every", "0.003s"])
             .spawn()
             .unwrap();
-        // From 5 to 60 ms, in steps without a pattern.
+        // Delays from 5 to 60 ms, in irregular order.
         let delay = 5_000 + kill * kill * 7_919 % 55_000;
         std::thread::sleep(Duration::from_micros(delay));
         child.kill().unwrap();
@@ -51,8 +51,8 @@ fn killed_renders_go_on() {
     );
 }
 
-/// Runs a script of the shell where it may mount file systems of its own; `None` if the system does not allow that, which is a failure under
-/// `MORGANA_ALL_TESTS`.
+/// Runs a shell script that may mount file systems of its own. Returns `None` if the system does
+/// not allow this, which fails under `MORGANA_ALL_TESTS`.
 fn with_mounts(folder: &Folder, script: &str) -> Option<(bool, String)> {
     let run = |script: &str| {
         Command::new("unshare")
@@ -76,7 +76,7 @@ fn with_mounts(folder: &Folder, script: &str) -> Option<(bool, String)> {
     Some((output.status.success(), String::from_utf8(text).unwrap()))
 }
 
-/// A disk on which there is room for one checkpoint, but not for the next beside it.
+/// The disk has room for one checkpoint, but not for the next one beside it.
 #[test]
 fn a_full_disk_keeps_what_it_has() {
     let folder = Folder::with_fog();
@@ -103,7 +103,8 @@ filler"
         return;
     };
     assert!(success, "{text}");
-    // Said once while it renders, and once at the end, when it is an error; images went elsewhere.
+    // The program reports it once while it renders, and once at the end as an error. Images went
+    // elsewhere.
     assert_eq!(text.matches("going on without").count(), 1, "{text}");
     assert_eq!(text.matches("No space left on device").count(), 2, "{text}");
     for image in ["a.exr", "b.exr"] {
@@ -111,7 +112,8 @@ filler"
     }
 }
 
-/// The same by a limit on the size of files, which every system knows.
+/// A checkpoint that exceeds a limit on file sizes is reported, and the image is written. Every
+/// Unix has this limit.
 #[cfg(unix)]
 #[test]
 fn a_checkpoint_that_cannot_be_written_is_said_and_the_image_is_not_lost() {
@@ -129,7 +131,7 @@ fn a_checkpoint_that_cannot_be_written_is_said_and_the_image_is_not_lost() {
     assert_eq!(folder.files(), ["a.npy", "scene.xml", "whole.npy"]);
 }
 
-/// Known before any work is done.
+/// The error is known before any work is done.
 #[test]
 fn folders_that_cannot_be_written_to_are_refused_at_once() {
     let folder = Folder::with_fog();
@@ -146,14 +148,14 @@ fn folders_that_cannot_be_written_to_are_refused_at_once() {
     assert_eq!(text.matches("Read-only file system").count(), 4, "{text}");
 }
 
-/// Every byte of a checkpoint, changed: it is refused, and nothing is written.
+/// A checkpoint with a changed byte is refused, and nothing is written.
 #[test]
 fn damaged_checkpoints_are_refused() {
     let folder = Folder::with_fog();
     folder.succeed("render scene.xml --integrator path --spp 1 --checkpoint c.part -o a.exr");
     std::fs::remove_file(folder.path("a.exr")).unwrap();
     let good = folder.read("c.part");
-    // All of them are tried where no process has to start: io/tests/io/parts.rs.
+    // Try some bytes here; io/tests/io/parts.rs tries all, without starting processes.
     for place in (0..good.len()).step_by(good.len() / 20) {
         let mut bad = good.clone();
         bad[place] ^= 0x10;

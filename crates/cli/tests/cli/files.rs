@@ -1,4 +1,4 @@
-//! Files and the file system: names, limits, locks, what is left behind, and memory.
+//! Files and the file system: names, limits, locks, leftovers, and memory.
 
 use crate::support::{Folder, Outcome, program};
 use io::image::RgbImage;
@@ -7,7 +7,7 @@ use std::ffi::OsStr;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// Runs the program with arguments that may hold anything.
+/// Runs the program with arguments of arbitrary bytes.
 fn run(folder: &Folder, arguments: &[&OsStr]) -> Outcome {
     let output = Command::new(program())
         .current_dir(folder.path("."))
@@ -35,7 +35,7 @@ fn the_longest_names_are_written_and_longer_ones_are_refused_before_the_render()
     assert_eq!(folder.files().len(), 3);
 }
 
-/// Outputs named after scenes whose names are not UTF-8 are as different as the scenes.
+/// Scenes with different names that are not UTF-8 have different output names.
 #[cfg(target_os = "linux")]
 #[test]
 fn names_that_are_not_utf8_stay_distinct() {
@@ -68,7 +68,7 @@ fn names_that_are_not_utf8_stay_distinct() {
     }
 }
 
-/// What a command reads stays as it is, and so does what it has written already.
+/// A command never overwrites files that it reads, nor outputs that it has already written.
 #[test]
 fn nothing_is_overwritten_that_is_read_or_written_by_the_same_command() {
     let folder = Folder::with_scene(
@@ -132,7 +132,7 @@ fn nothing_is_overwritten_that_is_read_or_written_by_the_same_command() {
     }
 }
 
-/// Names that would clear the screen, begin a line of their own, or turn the direction of writing.
+/// Tests names that would clear the screen, start a line, or reverse the direction of text.
 #[cfg(unix)]
 #[test]
 fn names_cannot_drive_the_terminal() {
@@ -164,7 +164,7 @@ fn names_cannot_drive_the_terminal() {
     );
 }
 
-/// Text in a scene, too.
+/// Names in a scene cannot control the terminal either.
 #[test]
 fn names_in_scenes_cannot_drive_the_terminal() {
     let folder = Folder::with_file("");
@@ -221,7 +221,7 @@ fn files_take_as_much_memory_as_the_user_says() {
         ),
         "{error}"
     );
-    // What the user allows may still be more than there is.
+    // The user's limit may exceed the available memory.
     let error = folder.refuse("convert a.nrrd b.npy --axes zyx --memory 100T");
     assert!(
         error.contains("damaged") || error.contains("which this system does not have"),
@@ -229,7 +229,7 @@ fn files_take_as_much_memory_as_the_user_says() {
     );
 }
 
-/// Neither what never ends nor what never begins.
+/// Scenes in files without an end, or in pipes that never deliver, are refused at once.
 #[cfg(unix)]
 #[test]
 fn pipes_and_devices_are_refused_at_once() {
@@ -260,7 +260,8 @@ fn pipes_and_devices_are_refused_at_once() {
     );
 }
 
-/// A limit on the size of files, without anybody who has the signal ignored.
+/// Exceeding a limit on file sizes gives an error message. The parent process has not set its
+/// signal to be ignored.
 #[cfg(unix)]
 #[test]
 fn a_limit_on_the_size_of_files_is_an_error_with_a_message() {
@@ -297,11 +298,11 @@ fn one_process_works_on_a_checkpoint() {
     let render = "render scene.xml --spp 100000000 --threads 1 --checkpoint c.part --checkpoint-every 0.01s --resume -q -o a.npy";
     let mut first = start(&folder, render);
     wait_for(|| folder.path("c.part").exists());
-    // Were it not refused, it would end all the same.
+    // If it were not refused, the time limit would end it.
     let error = folder.refuse(&format!("{render} --time 20s"));
     let holder = format!("'c.part' is in use: process {}", first.id());
     assert!(error.contains(&holder), "{error}");
-    // Killed, it holds nothing any more.
+    // A killed process holds no lock.
     first.kill().unwrap();
     first.wait().unwrap();
     let mut second = start(&folder, render);

@@ -16,7 +16,7 @@ fn folder() -> Folder {
     )
 }
 
-/// Each frame is what a render of its own gives, by the integrator of the first.
+/// Each frame equals its own render, by the integrator of the first frame.
 #[test]
 fn frames_are_renders_with_their_number() {
     let folder = folder();

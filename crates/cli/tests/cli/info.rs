@@ -20,7 +20,8 @@ fn describes_what_is_in_a_scene() {
     }
 }
 
-/// Half of the light of a round aperture is within 0.267 λ/(a/f) (Rayleigh): 0.0064 and 0.0096 of this image.
+/// Half of the light of a round aperture lies within 0.267 λ/(a/f) (Rayleigh): 0.0064 and 0.0096 of
+/// this image.
 #[test]
 fn says_how_far_an_aperture_diffracts() {
     let scene = |diffraction: bool| {
@@ -63,7 +64,7 @@ fn shows_warnings_with_their_place() {
     assert!(text.contains("index      1.5: straight rays"), "{text}");
 }
 
-/// `--silence` leaves out the warnings of a check.
+/// `--silence` omits the warnings of a check.
 #[test]
 fn silences_checks_by_name() {
     let folder = Folder::with_scene(r#"<medium type="homogeneous" id="m"/>"#);
@@ -134,7 +135,7 @@ fn says_what_finds_an_emitter() {
             "found from both ends: complete but for light that is reflected partially more than 2 times on every",
         ),
         (
-            // A scene that names none is rendered by the one that finds the most.
+            // A scene that names no integrator uses the one that finds the most light.
             &[light, glass],
             "found from both ends: complete but for light that is reflected partially on every",
         ),
@@ -202,7 +203,7 @@ fn json_says_what_the_text_says() {
     assert_eq!(medium["unique_branches"], true);
 }
 
-/// A series in time: what is known of it, and whether the file or the scene says it.
+/// Information on a time series states whether it comes from the file or the scene.
 #[test]
 fn shows_what_volumes_of_sound_are_made_of() {
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../io/tests/data/volumes/sound.h5");
@@ -219,7 +220,7 @@ fn shows_what_volumes_of_sound_are_made_of() {
         (folder.succeed("info scene.xml"), json["sounds"][0].clone())
     };
     let sound = r#"<float name="frequency" value="1e6"/><float name="sound_speed" value="1.5e3"/>"#;
-    // Millimetres, of a file in metres with cells of 0.1, 0.2 and 0.3 mm.
+    // Cells of 0.1, 0.2 and 0.3 mm from a file in metres, converted to millimetres.
     let millimetres = r#"<string name="placement" value="centers"/><boolean name="use_grid_bbox" value="true"/>
         <transform name="to_world"><scale value="1e3"/></transform>"#;
     let (text, json) = of(&format!("{sound}{millimetres}"));

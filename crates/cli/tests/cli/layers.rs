@@ -1,4 +1,4 @@
-//! Films whose light is told apart: files, reports, and what must add up.
+//! Films that separate light: files, reports, and sums of layers.
 
 use crate::support::Folder;
 use io::image::{ImageLayers, exr};
@@ -33,7 +33,7 @@ const LENGTHS: &str = r#"<string name="decomposition" value="length"/>
   <float name="min_bound" value="6"/><float name="max_bound" value="7"/>
   <float name="bin_width" value="0.1"/>"#;
 
-/// The sum of all layers whose name fits.
+/// Sum of all layers with a matching name.
 fn sum(image: &ImageLayers, channel: &str, fits: impl Fn(&str) -> bool) -> Vec<f32> {
     let mut total = vec![0.0; image.width * image.height];
     for layer in image.layers.iter().filter(|l| fits(&l.name)) {
@@ -59,7 +59,7 @@ fn layers_add_up_in_files() {
             "render scene.xml --integrator {integrator} --spp 64 -o a.exr -o a.npy -o a.png"
         ));
         assert!(line.contains("% outside of all bins"), "{line}");
-        // Light that is followed from its emitters is accounted for.
+        // Light traced from its emitters has an energy balance.
         let balance = line.contains("\nemitted ") && line.contains("left over");
         assert_eq!(balance, integrator != "path", "{line}");
         let image = exr::read(&folder.path("a.exr")).unwrap();
@@ -131,7 +131,7 @@ fn combinations_have_their_order() {
     assert_eq!(layers.len(), 12 * 3 * 2);
     let total: f64 = layers.iter().map(|l| l["mean"].as_f64().unwrap()).sum();
     let mean = folder.json("s.json")["mean"].as_f64().unwrap();
-    // So much may be lost in each sum of 64 samples.
+    // Rounding bound for a sum of 64 samples.
     assert!((total / mean - 1.0).abs() < 64.0 * 2f64.powi(-33));
     assert!(
         layers
@@ -141,7 +141,7 @@ fn combinations_have_their_order() {
     assert!((0.0..1.0).contains(&stats["outside"].as_f64().unwrap()));
 }
 
-/// Time is length over the speed of light: the same light in the same bins.
+/// Time is length over the speed of light: bins of time contain the light of bins of length.
 #[test]
 fn time_is_length_over_speed() {
     let length = folder(LENGTHS);

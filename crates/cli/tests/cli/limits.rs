@@ -21,7 +21,7 @@ fn time_ends_a_render() {
     assert!((0.3..10.0).contains(&seconds), "{seconds}");
     let image = exr::read(&folder.path("a.exr")).unwrap();
     assert_eq!(image.attribute("spp"), Some(spp.to_string().as_str()));
-    // What was rendered is what a render of just as many samples gives.
+    // The image equals a render of this number of samples.
     folder.succeed(&format!(
         "render scene.xml --integrator path --spp {spp} -o b.exr"
     ));
@@ -68,20 +68,21 @@ fn a_target_ends_a_render() {
         image.layers,
         exr::read(&folder.path("b.exr")).unwrap().layers
     );
-    // Pixels by themselves are less exact than their mean.
+    // Single pixels are less accurate than their mean.
     let line = folder.succeed(&format!(
         "render scene.xml {target} --target pixel --spp {spp}"
     ));
     assert!(line.contains("target of 0.4% not reached"), "{line}");
     assert_eq!(folder.json("s.json")["target"]["reached"], false);
-    // Errors may be small by chance.
+    // A small error of few samples may be random.
     let line = folder.succeed("render scene.xml --target-error 0.9 --spp 2");
     assert!(line.contains("target of 90% not confirmed"), "{line}");
     let message = folder.refuse("render scene.xml --target pixel");
     assert!(message.contains("--target-error"), "{message}");
 }
 
-/// A ball of fog with ripples so fine that a sample takes minutes, before a camera and a point light, or with a meter.
+/// A ball of fog with ripples so fine that a sample takes minutes, in front of a camera and a point
+/// light, or with a meter.
 fn unlimited(instead: &str) -> Folder {
     let camera = r#"<sensor type="perspective">
         <transform name="to_world"><lookat origin="0, 0, -4" target="0, 0, 0" up="0, 1, 0"/></transform>
@@ -106,7 +107,7 @@ fn unlimited(instead: &str) -> Folder {
     ))
 }
 
-/// Time limits act within passes and pilots, whichever the estimator; what is not complete is not shown.
+/// Time limits act within passes and pilots, for every estimator. Incomplete passes are not shown.
 #[test]
 fn time_ends_samples_that_take_minutes() {
     let folder = unlimited("");
@@ -136,7 +137,7 @@ fn time_ends_samples_that_take_minutes() {
     assert_eq!(folder.json("s.json")["stopped"], "time");
 }
 
-/// Before the render, with the figure and the parameter.
+/// The program refuses before the render, with the number and the parameter.
 #[test]
 fn dear_parameters_are_warned_of() {
     let folder = unlimited("");
@@ -159,7 +160,8 @@ fn dear_parameters_are_warned_of() {
     assert!(!usual.stderr.contains("a ray across"), "{}", usual.stderr);
 }
 
-/// A scene of 8 × 6 pixels that takes minutes to load: two thousand rough coats, each with tables of its own.
+/// A scene of 8 × 6 pixels that takes minutes to load: two thousand rough coats, each with its own
+/// tables.
 fn slow_to_load() -> Folder {
     let coat = |i: usize| {
         format!(
@@ -171,7 +173,7 @@ fn slow_to_load() -> Folder {
     Folder::with_scene(&(0..2000).map(coat).collect::<String>())
 }
 
-/// Loading ends in time, and the message says how far it got.
+/// Loading stops in time, and the message states how far it got.
 #[test]
 fn time_ends_loading() {
     let (folder, started) = (slow_to_load(), Instant::now());
@@ -184,7 +186,7 @@ fn time_ends_loading() {
     assert_eq!(folder.files(), ["scene.xml"]);
 }
 
-/// Longer than the time limits of these tests and the time within which they must act, on a busy machine.
+/// Time that exceeds the time limits of these tests and their allowed delays, on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(8);
 
 #[cfg(unix)]
@@ -214,7 +216,7 @@ mod interruption {
         assert!(status.unwrap().success());
     }
 
-    /// The first signal, within the first pass.
+    /// The first signal arrives within the first pass.
     #[test]
     fn ends_samples_that_take_minutes() {
         let folder = unlimited("");
@@ -231,7 +233,7 @@ mod interruption {
         assert_eq!(folder.json("s.json")["spp"], 0);
     }
 
-    /// Within the pilot that chooses the integrator: nothing is begun, so that nothing is to go on with.
+    /// Within the pilot that chooses the integrator, nothing exists yet that could be resumed.
     #[test]
     fn ends_pilots() {
         let folder = unlimited("");
@@ -280,7 +282,8 @@ mod interruption {
     }
 }
 
-/// A reference of optical path differences that is far finer than the ray is long.
+/// Tests a reference of optical path differences with structure far finer than the length of the
+/// ray.
 #[test]
 fn too_fine_references_are_given_up_and_in_time() {
     let scene = r#"<scene version="3.0.0">
@@ -297,7 +300,7 @@ fn too_fine_references_are_given_up_and_in_time() {
     let counters = &folder.json("s.json")["counters"];
     assert_eq!(counters["lost"], 2, "{counters}");
     assert_eq!(counters["over_budget"]["rays"], 2, "{counters}");
-    // A thousand take minutes, and are given up within a pass.
+    // A thousand rays would take minutes; they are abandoned within a pass.
     let started = Instant::now();
     folder.succeed("render scene.xml -D width=1000 --spp 1 --time 1s -o a.exr");
     assert!(started.elapsed() < Duration::from_secs(15));

@@ -27,7 +27,7 @@ const TANK: &str = r#"<sensor type="fluencemeter" id="tank">
     <string name="coordinates" value="spherical"/><integer name="nr" value="4"/>
   </sensor>"#;
 
-/// `--memory` limits what meters take, as it limits films.
+/// `--memory` limits the memory of meters as it does for films.
 #[test]
 fn meters_keep_within_the_memory() {
     let folder = folder(&TANK.replace("\"4\"", "\"1000\""));
@@ -43,7 +43,8 @@ fn meters_keep_within_the_memory() {
     assert!(error.contains("--strategies is for pictures"), "{error}");
 }
 
-/// Of a disk that is full, the error and nothing else is printed, whether the directory of the archive or an array does not fit.
+/// With a full disk, only the error is printed, whether the directory of the archive or an array
+/// does not fit.
 #[cfg(unix)]
 #[test]
 fn a_limit_on_the_size_of_files_is_one_error() {
@@ -60,7 +61,7 @@ fn a_limit_on_the_size_of_files_is_one_error() {
     }
 }
 
-/// Where a file cannot be written to its end, one error is printed, and other outputs are written.
+/// If one file cannot be completed, the program prints one error and writes the other outputs.
 #[cfg(unix)]
 #[test]
 fn other_outputs_are_written_where_one_fails() {
@@ -97,7 +98,7 @@ fn writes_readings_and_the_energy_balance() {
     }
     assert_eq!(folder.files(), ["s.json", "scene.npz", "scene.xml"]);
     let stats = folder.json("s.json");
-    // They are followed by 64.
+    // Particles are traced in groups of 64.
     assert_eq!(stats["particles"], 2048);
     assert_eq!(stats["meters"][0]["name"], "tank");
     let fluence = &stats["meters"][0]["readings"][0];

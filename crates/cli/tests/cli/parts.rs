@@ -1,10 +1,10 @@
-//! Renders in parts: files of shards and of renders that were interrupted are those of a render in one piece, and what does
-//! not belong together is refused.
+//! Renders in parts: files of shards and of interrupted renders equal the files of a render in one
+//! piece, and incompatible parts are refused.
 
 use crate::support::{Folder, program};
 use std::time::Duration;
 
-/// A scene whose film keeps all that one can keep.
+/// A scene whose film has every optional content.
 fn fog() -> Folder {
     Folder::with_scene(
         r#"<integrator type="moment"><integrator type="aov">
@@ -61,7 +61,7 @@ fn shards_are_the_whole() {
             "merge {parts} -o all.exr -o all.png -o all.npy{}",
             with("all.s.exr")
         ));
-        // Two of them first, then the third.
+        // Merge two parts first, then the third.
         folder.succeed("merge scene.2-of-3.part scene.0-of-3.part -o two.part");
         folder.succeed("merge two.part scene.1-of-3.part -o again.exr");
         for (a, b) in [
@@ -96,7 +96,7 @@ fn shards_of_measurements_are_the_whole() {
             "render scene.xml --particles 10000 --shard {i}/3 -o {i}.part"
         ));
     }
-    // Particles are followed in groups of 64, which none of the shards divides.
+    // Particles are traced in groups of 64, which none of the shards divides evenly.
     let text = folder.succeed("status 0.part 1.part 2.part");
     assert!(text.matches(", complete").count() == 3, "{text}");
     assert!(!text.contains("incomplete"), "{text}");
@@ -124,7 +124,7 @@ fn a_checkpoint_goes_on() {
     let folder = fog();
     folder.succeed("render scene.xml --spp 9 -o whole.exr --stats whole.json");
     folder.succeed("render scene.xml --spp 4 --checkpoint c.part -o a.exr");
-    // It is never overwritten by a render that starts anew.
+    // A new render never overwrites it.
     let error = folder.fail(2, "render scene.xml --spp 4 --checkpoint c.part -o a.exr");
     assert!(
         error.contains("'c.part' exists already: continue it with --resume"),
@@ -136,7 +136,7 @@ fn a_checkpoint_goes_on() {
         folder.json("b.json")["counters"],
         folder.json("whole.json")["counters"]
     );
-    // Once more: there is nothing left to do, and the image is written again.
+    // Repeated, there is nothing left to do, and the image is written again.
     folder.succeed("render scene.xml --spp 9 --checkpoint c.part --resume -o c.exr");
     same(&folder, "c.exr", "whole.exr");
     // Checkpoints are parts, too.
@@ -150,7 +150,7 @@ fn a_checkpoint_goes_on() {
         fewer.contains("it has 9 samples already, more than 5"),
         "{fewer}"
     );
-    // What is not there yet starts.
+    // A missing checkpoint starts a new render.
     folder.succeed("render scene.xml --spp 9 --checkpoint new.part --resume -o f.exr");
     same(&folder, "f.exr", "whole.exr");
 }
@@ -182,7 +182,7 @@ fn signals_end_a_render_and_it_goes_on() {
         let json: serde_json::Value = serde_json::from_str(&json).unwrap();
         let done = json["done"].as_u64().unwrap();
         assert!(done > 0 && done < 20_000, "{done}");
-        // The image of what there was is there, too.
+        // The image of the existing samples is written, too.
         folder.succeed("merge c.part --partial -o part.exr");
         same(&folder, "a.exr", "part.exr");
         folder.succeed("render scene.xml --spp 20000 --checkpoint c.part --resume -o a.exr");
@@ -190,8 +190,7 @@ fn signals_end_a_render_and_it_goes_on() {
     }
 }
 
-/// Whether this process does not hear of terminals that are closed, and neither do those that it starts; true where the system
-/// does not say.
+/// True if this process and its children ignore SIGHUP, or if the system does not tell.
 fn is_hangup_ignored() -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
@@ -278,7 +277,7 @@ fn what_is_missing_is_told() {
     );
     assert!(!folder.files().contains(&"a.exr".to_owned()));
     folder.succeed(&format!("merge {parts} -o a.exr --partial"));
-    // A part that is damaged is told, and counts as missing.
+    // A damaged part is reported, and counts as missing.
     let mut bytes = folder.read("0.part");
     bytes[100] ^= 1;
     std::fs::write(folder.path("0.part"), bytes).unwrap();
@@ -359,7 +358,7 @@ fn what_does_not_belong_together_is_refused() {
     let error = folder.fail(2, "merge a.part b.part -o y.exr");
     assert!(error.contains("it is of another scene"), "{error}");
     assert!(!folder.files().contains(&"y.exr".to_owned()));
-    // Neither does a render go on from what is of another scene.
+    // A render does not resume from parts of another scene either.
     let error = folder.fail(
         2,
         "render scene.xml --spp 4 --checkpoint a.part --resume -o y.exr",

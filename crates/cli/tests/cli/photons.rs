@@ -1,4 +1,4 @@
-//! `morgana render` with photon maps: what files and reports say of their bias.
+//! `morgana render` with photon maps: statements of files and reports about the bias.
 
 use crate::support::Folder;
 use io::image::exr;
@@ -6,7 +6,7 @@ use io::image::exr;
 const PARAMETERS: &str = r#"<integrator type="sppm"><integer name="photons" value="500"/>
   <float name="radius" value="0.2"/></integrator>"#;
 
-/// Fog under even light, by photons.
+/// Fog under uniform light, rendered by photons.
 fn fog() -> Folder {
     Folder::with_scene(&format!(
         "{PARAMETERS}{}",

@@ -1,4 +1,4 @@
-//! Figures: that they are drawn from what the program writes, and what is said if they cannot be.
+//! Figures: drawn from the program's files, with messages if they cannot be drawn.
 
 use crate::support::Folder;
 
@@ -50,7 +50,7 @@ fn svg(folder: &Folder, command: &str) -> String {
 fn figures_are_drawn() {
     let folder = folder();
     let profile = svg(&folder, "profile a.exr b.exr --row 2");
-    // Two lines, each with its band.
+    // Expect two lines, each with its band.
     assert_eq!(profile.matches("<polygon").count(), 2);
     assert!(profile.contains("Profile along row 2"));
     assert!(
@@ -68,7 +68,7 @@ fn figures_are_drawn() {
     assert!(convergence.contains("1/√samples") && convergence.contains("path"));
     let slice = svg(&folder, "slice meter.npz --axis y --at 0.1");
     assert!(slice.contains("fluence at y = 0.1"));
-    // One rectangle for each of 3 × 5 cells, 200 of the colour bar, and the page.
+    // Expect one rectangle for each of 3 × 5 cells, 200 for the colour bar, and one for the page.
     assert_eq!(slice.matches("<rect").count(), 15 + 200 + 1);
     for command in [
         "slice meter.npz --at 0 --log --array absorbed",
@@ -109,7 +109,7 @@ const TAGGED_METER: &str = r#"<sensor type="fluencemeter" id="cells">
     <integer name="nx" value="2"/><integer name="ny" value="2"/><integer name="nz" value="2"/>
   </sensor>"#;
 
-/// The largest number beside an axis or a colour bar.
+/// Returns the largest number beside an axis or a colour bar.
 fn largest(svg: &str) -> f64 {
     let document = roxmltree::Document::parse(svg).unwrap();
     let numbers = document
@@ -118,7 +118,7 @@ fn largest(svg: &str) -> f64 {
     numbers.fold(0.0, f64::max)
 }
 
-/// Sidebands are parts of the light: they are neither added to it, nor to each other.
+/// Sidebands are parts of the light: figures add them neither to the light nor to each other.
 #[test]
 fn sidebands_are_not_added_to_the_light() {
     let folder = Folder::with_scene("");
@@ -140,7 +140,7 @@ fn sidebands_are_not_added_to_the_light() {
         of_bin.map(channel).sum::<f64>() / 90.0
     });
     assert!(all > 1.5 * mean);
-    // Larger than any length along the axis.
+    // This exceeds any length along the axis.
     let shown = largest(&svg(&folder, "histogram film.exr"));
     assert!(shown < 1.2 * mean && shown > 0.5 * mean, "{shown}: {mean}");
     let outcome = folder.run("plot slice meter.npz --at 0.5 --array fluence_sidebands -o f.svg");

@@ -1,5 +1,6 @@
-//! `--tev`: a listener reads the protocol as the viewer does (its `src/Ipc.cpp`): packets with their length
-//! (32 bits, itself included) and type (8 bits), all numbers little-endian, texts with a zero at their end.
+//! `--tev`: a listener reads the viewer's protocol (its `src/Ipc.cpp`). Packets carry their length
+//! (32 bits, itself included) and type (8 bits); all numbers are little-endian, and texts end with
+//! a zero byte.
 
 use crate::support::Folder;
 use io::image::exr;
@@ -10,7 +11,7 @@ use std::thread::JoinHandle;
 const CREATE_IMAGE: u8 = 4;
 const UPDATE_IMAGE_V3: u8 = 6;
 
-/// What a viewer shows.
+/// State that a viewer shows.
 #[derive(Debug, Default)]
 struct Shown {
     name: String,
@@ -91,7 +92,7 @@ impl Shown {
     }
 }
 
-/// Listens, and hands its only visitor over. Returns the address.
+/// Listens, and passes the only visitor to a function. Returns the address.
 fn listen<T: Send + 'static>(
     visit: impl FnOnce(TcpStream) -> T + Send + 'static,
 ) -> (String, JoinHandle<T>) {
@@ -154,7 +155,7 @@ fn a_render_outlives_its_viewer() {
     assert!(exr::read(&folder.path("a.exr")).is_ok());
 }
 
-/// A film of which the system cannot hold an image on its way.
+/// A film whose image exceeds the system's buffers.
 fn large() -> Folder {
     Folder::with_file(
         r#"<scene version="3.0.0">
@@ -166,7 +167,7 @@ fn large() -> Folder {
     )
 }
 
-/// Whether it reads nothing, or little now and then.
+/// A viewer may read nothing, or a little now and then.
 #[test]
 fn a_viewer_that_does_not_read_holds_nothing_up() {
     for drips in [false, true] {

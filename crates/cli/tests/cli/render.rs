@@ -1,4 +1,4 @@
-//! `morgana render`: what is written, and that it depends on the seed alone.
+//! `morgana render`: its outputs, and their dependence on the seed alone.
 
 use crate::support::Folder;
 use io::image::{RgbImage, exr};
@@ -28,7 +28,7 @@ fn exr_holds_layers_and_attributes() {
         assert!(main.channel(name).unwrap().iter().all(|v| *v > 0.0));
         let variance = image.layer("variance").unwrap().channel(name).unwrap();
         assert!(variance.iter().all(|v| v.is_finite() && *v >= 0.0));
-        // Eight samples are too few for any pixel.
+        // Eight samples are too few for every pixel.
         let few = image.layer("few").unwrap().channel(name).unwrap();
         assert!(few.iter().all(|few| *few == 1.0));
     }
@@ -110,7 +110,7 @@ fn the_scene_says_what_the_command_does_not() {
     assert!(folder.read("b.npy") == folder.read("c.npy"));
 }
 
-/// As if the scene's sampler were written so.
+/// Choosing a sampler by option equals writing it in the scene.
 #[test]
 fn samplers_can_be_chosen() {
     let folder = Folder::with_fog();
@@ -158,7 +158,8 @@ fn exposure_brightens_png_only() {
     }
 }
 
-/// Radiances of 0.2, 0.4, 0.8: luminance 0.39 needs half a stop to be above 0.5. A thousandth of them needs ten more.
+/// Radiances of 0.2, 0.4, 0.8 have luminance 0.39, which needs half a stop to exceed 0.5. A
+/// thousandth of them needs ten stops more.
 #[test]
 fn pictures_are_exposed_unless_told_otherwise() {
     let folder = Folder::with_scene("");
@@ -209,7 +210,7 @@ fn quiet_is_quiet() {
 #[test]
 fn without_a_terminal_there_is_no_progress_bar() {
     let outcome = Folder::with_fog().run("render scene.xml --spp 1");
-    // Nothing but notes.
+    // Expect only notes.
     let blocks = outcome.stderr.trim().split("\n\n");
     assert!(
         blocks.clone().all(|b| b.starts_with("note[")),
@@ -262,7 +263,7 @@ fn stats_tell_how_connections_fared() {
     assert_eq!(attribute("branches").unwrap(), stats["branches"]);
 }
 
-/// Behind a ball of glass a point light has further branches, which are searched for.
+/// Behind a glass ball a point light has further branches, which the render searches for.
 #[test]
 fn searches_for_branches_are_counted() {
     let folder = Folder::with_scene(
@@ -290,7 +291,8 @@ fn searches_for_branches_are_counted() {
     assert_eq!(stats["branches"]["reflections"], 1);
 }
 
-/// Past a focus the error of `path` rests on a few samples: the last line says so, and what to try.
+/// Behind a focus the error of `path` depends on a few samples. The last line says so, and suggests
+/// an alternative.
 #[test]
 fn errors_that_cannot_be_trusted_are_told() {
     let folder = Folder::with_file(
@@ -329,7 +331,7 @@ fn errors_that_cannot_be_trusted_are_told() {
     assert_eq!(folder.json("a.json")["trust"]["few"], false);
 }
 
-/// A sensor in a closed box, the light outside.
+/// A sensor in a closed box, with the light outside.
 #[test]
 fn black_images_are_told() {
     let folder = Folder::with_file(

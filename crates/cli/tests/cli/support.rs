@@ -1,4 +1,4 @@
-//! Scenes and ways to run the program.
+//! Scenes for tests, and functions that run the program.
 
 use assert_cmd::Command;
 use std::path::{Path, PathBuf};
@@ -19,11 +19,12 @@ const SENSOR: &str = r#"
   </sensor>
   <emitter type="constant"><rgb name="radiance" value="0.2, 0.4, 0.8"/></emitter>"#;
 
-/// A folder of a test with scene files in it; commands run there.
+/// A temporary folder with scene files, in which commands run.
 pub struct Folder(TempDir);
 
 impl Folder {
-    /// With `scene.xml`, a ball of fog of index 1 and extinction 0.5 under even light.
+    /// Creates a folder with `scene.xml`: a ball of fog of index 1 and extinction 0.5 under uniform
+    /// light.
     pub fn with_fog() -> Self {
         Self::with_scene(
             r#"<shape type="sphere" id="ball"><bsdf type="null"/>
@@ -34,7 +35,7 @@ impl Folder {
         )
     }
 
-    /// With `scene.xml`, a clear Luneburg lens.
+    /// Creates a folder with `scene.xml`: a clear Luneburg lens.
     pub fn with_lens() -> Self {
         Self::with_scene(
             r#"<shape type="sphere" id="lens"><bsdf type="null"/>
@@ -45,36 +46,36 @@ impl Folder {
         )
     }
 
-    /// With `scene.xml` of the usual sensor and light, and what is given.
+    /// Creates a folder with `scene.xml`: the usual sensor and light, and `content`.
     pub fn with_scene(content: &str) -> Self {
         Self::with_file(&format!(
             "<scene version=\"3.0.0\">{SENSOR}\n{content}\n</scene>\n"
         ))
     }
 
-    /// With `scene.xml` as given.
+    /// Creates a folder with `scene.xml` of the given text.
     pub fn with_file(text: &str) -> Self {
         let folder = Folder(TempDir::new().unwrap());
         std::fs::write(folder.path("scene.xml"), text).unwrap();
         folder
     }
 
-    /// The path of a file in it.
+    /// Returns the path of a file in the folder.
     pub fn path(&self, name: &str) -> PathBuf {
         self.0.path().join(name)
     }
 
-    /// The bytes of a file in it.
+    /// Reads the bytes of a file in the folder.
     pub fn read(&self, name: &str) -> Vec<u8> {
         std::fs::read(self.path(name)).unwrap()
     }
 
-    /// A JSON file in it.
+    /// Reads a JSON file in the folder.
     pub fn json(&self, name: &str) -> serde_json::Value {
         serde_json::from_slice(&self.read(name)).unwrap()
     }
 
-    /// Names of its files, sorted.
+    /// Returns the names of its files, sorted.
     pub fn files(&self) -> Vec<String> {
         let entries = std::fs::read_dir(self.0.path()).unwrap();
         let mut names: Vec<String> = entries
@@ -84,7 +85,7 @@ impl Folder {
         names
     }
 
-    /// The program with arguments separated by blanks, to be run in the folder.
+    /// Returns the command of the program with arguments separated by blanks, to run in the folder.
     pub fn command(&self, arguments: &str) -> Command {
         let mut command = Command::new(program());
         command
@@ -103,28 +104,29 @@ impl Folder {
         }
     }
 
-    /// Runs the program, which must succeed, and returns its standard output.
+    /// Runs the program, asserts that it succeeds, and returns its standard output.
     pub fn succeed(&self, arguments: &str) -> String {
         let outcome = self.run(arguments);
         assert_eq!(outcome.status, Some(0), "{arguments}: {outcome:?}");
         outcome.stdout
     }
 
-    /// Runs the program, which must end with this status, and returns its standard output.
+    /// Runs the program, asserts its exit status, and returns its standard output.
     pub fn output(&self, status: i32, arguments: &str) -> String {
         let outcome = self.run(arguments);
         assert_eq!(outcome.status, Some(status), "{arguments}: {outcome:?}");
         outcome.stdout
     }
 
-    /// Runs the program, which must end with this status, and returns its standard error.
+    /// Runs the program, asserts its exit status, and returns its standard error.
     pub fn fail(&self, status: i32, arguments: &str) -> String {
         let outcome = self.run(arguments);
         assert_eq!(outcome.status, Some(status), "{arguments}: {outcome:?}");
         outcome.stderr
     }
 
-    /// Runs the program with files of at most so many blocks, which must fail, and returns its standard error.
+    /// Runs the program with a limit on file sizes, in blocks; asserts that it fails, and returns
+    /// its standard error.
     #[cfg(unix)]
     pub fn fail_within(&self, blocks: usize, arguments: &str) -> String {
         let script = format!("ulimit -f {blocks}; exec \"$MORGANA\" {arguments}");
@@ -139,7 +141,7 @@ impl Folder {
         text
     }
 
-    /// Runs the program, which must refuse its input, and returns its standard error.
+    /// Runs the program, asserts that it refuses its input, and returns its standard error.
     pub fn refuse(&self, arguments: &str) -> String {
         let outcome = self.run(arguments);
         assert_eq!(outcome.status, Some(2), "{arguments}: {outcome:?}");
@@ -148,7 +150,7 @@ impl Folder {
     }
 }
 
-/// What a run of the program left.
+/// Exit status and output of a run of the program.
 #[derive(Debug)]
 pub struct Outcome {
     pub status: Option<i32>,

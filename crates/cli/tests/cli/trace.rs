@@ -90,7 +90,7 @@ fn rays_are_refracted_totally_reflected_and_stopped() {
         (&refracted["end"], &refracted["surface"]),
         (&"surface".into(), &"screen".into())
     );
-    // From inside, at 60° to the normal of the upper side: beyond the critical angle of 42°.
+    // Start inside, at 60° to the normal of the upper side, beyond the critical angle of 42°.
     let reflected = &rays(
         &folder,
         "trace scene.xml --from 0,0.5,0 --direction 0,0.5,0.866",
@@ -136,7 +136,7 @@ fn the_plot_is_a_well_formed_document() {
     };
     assert_eq!(document.root_element().tag_name().name(), "svg");
     assert_eq!(count("polyline"), 9);
-    // The index as an image and the colour bar's gradient.
+    // The index as an image, and the gradient of the colour bar.
     assert_eq!((count("image"), count("linearGradient")), (1, 1));
     assert!(text.contains("section at z = 0"));
     assert!(text.contains("<path d=\"M"), "the outline of the lens");
@@ -151,7 +151,7 @@ fn a_plot_without_anything_but_one_ray_is_a_plot() {
     assert!(!text.contains("NaN") && !text.contains("inf"));
 }
 
-/// The positions of all rays, as the table has them.
+/// Positions of all rays in the table.
 fn positions(folder: &Folder) -> Vec<(String, [f64; 3])> {
     let text = folder.succeed(BEAM);
     let rows = text.lines().skip(1).map(|line| {
@@ -238,7 +238,7 @@ fn vtk_files_hold_lines_and_lengths() {
     assert_eq!(lines, 6 * count + 9 + 16);
 }
 
-/// Positions on the picture, in pixels, of what is drawn over it.
+/// Positions, in image pixels, of the curve drawn over the image.
 fn overlay(folder: &Folder, ray: &str) -> Vec<[f64; 2]> {
     folder.succeed("render scene.xml --spp 1 -o a.png -q");
     folder.succeed(&format!(
@@ -257,12 +257,14 @@ fn overlay(folder: &Folder, ray: &str) -> Vec<[f64; 2]> {
     points.map(point).collect()
 }
 
-/// Pixels per unit of the tangent of the angle to the camera's axis: its field of 40° is 8 pixels wide.
+/// Pixels per unit of the tangent of the angle to the camera's axis; its field of 40° is 8 pixels
+/// wide.
 fn pixels_per_tangent() -> f64 {
     4.0 / 20f64.to_radians().tan()
 }
 
-/// In empty space the camera, at (0, 0, −4), sees straight lines where they are; x runs to the left.
+/// In empty space the camera at (0, 0, −4) sees straight lines at their true positions; x runs to
+/// the left.
 #[test]
 fn an_overlay_lies_where_the_camera_sees_it() {
     let folder = Folder::with_scene("");
@@ -288,8 +290,8 @@ fn an_overlay_lies_where_the_camera_sees_it() {
     }
 }
 
-/// Glass begins at z = 0: a point 1 behind its face and 0.8 beside the axis is seen, by Snell's law, at the
-/// angle θ with 4 tan θ + tan θ′ = 0.8, sin θ = 1.5 sin θ′.
+/// Glass begins at z = 0. By Snell's law, a point 1 behind its face and 0.8 beside the axis is seen
+/// at the angle θ with 4 tan θ + tan θ′ = 0.8, sin θ = 1.5 sin θ′.
 #[test]
 fn an_overlay_is_refracted() {
     let glass = |screen: &str| {
@@ -321,13 +323,13 @@ fn an_overlay_is_refracted() {
         "{:?}, {expected}",
         points[0]
     );
-    // Without refraction it would lie elsewhere.
+    // Check that without refraction it would lie elsewhere.
     assert!((expected - (4.0 + 0.8 / 5.0 * pixels_per_tangent())).abs() > 0.05);
     let screen = r#"<shape type="rectangle"><transform name="to_world"><translate z="-1"/></transform></shape>"#;
     assert_eq!(overlay(&glass(screen), ray).len(), 0, "a screen hides it");
 }
 
-/// Against straight rays in the reference index, in units of length and in waves.
+/// Differences are against straight rays in the reference index, in units of length and in waves.
 #[test]
 fn optical_path_differences_and_waves() {
     let folder = Folder::with_lens();
@@ -353,7 +355,8 @@ fn optical_path_differences_and_waves() {
     assert!(text.lines().next().unwrap().ends_with(",medium,opd,waves"));
 }
 
-/// Against the varying index that the scene's `aov` names: here that of the ball itself, within which rays start and end.
+/// Differences against the varying index that the scene's `aov` names: here the index of the ball
+/// itself, in which rays start and end.
 #[test]
 fn optical_path_differences_from_a_field() {
     let folder = Folder::with_lens();
@@ -367,7 +370,7 @@ fn optical_path_differences_from_a_field() {
         assert!(!before.is_empty() && before.iter().all(|p| p["opd"].is_null()));
         assert!(number(&last["opd"]).abs() < 1e-11, "{last}");
     }
-    // A number on the command line goes first.
+    // A number on the command line takes precedence.
     for ray in rays(&folder, &format!("{ray} --reference-index 1.0")) {
         let last = ray["points"].as_array().unwrap().last().unwrap().clone();
         assert!(number(&last["opd"]) > 0.1, "{last}");

@@ -1,4 +1,4 @@
-//! `morgana view`, and renders that are watched: what a page gets is what files hold.
+//! `morgana view`, and watched renders: a page receives the content of files.
 
 use crate::support::{Folder, program};
 use io::image::ImageLayers;
@@ -42,7 +42,7 @@ impl Served {
         }
     }
 
-    /// The body of the answer to a request.
+    /// Returns the body of the response to a request.
     fn ask(&self, method: &str, path: &str, body: &str) -> Vec<u8> {
         let mut stream = TcpStream::connect(&self.host).unwrap();
         let (host, token, length) = (&self.host, &self.token, body.len());
@@ -102,7 +102,7 @@ fn rays_of_a_page_are_those_of_trace_and_connect() {
     let branch = &found["branches"][0];
     let points = branch["points"].as_array().unwrap();
     assert_eq!(points[0], serde_json::json!([0.1, 0.2, -5.0]));
-    // The curve is as long as it says, but for its chords.
+    // The curve has the stated length, except for its chords.
     let at = |p: &serde_json::Value| [0, 1, 2].map(|i| p[i].as_f64().unwrap());
     let distance =
         |a: [f64; 3], b: [f64; 3]| (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt();
@@ -118,7 +118,7 @@ fn rays_of_a_page_are_those_of_trace_and_connect() {
     assert!(distance(at(points.last().unwrap()), [0.3, 0.0, 4.0]) < 1e-4);
 }
 
-/// Connections that start on the ray of a pixel, after some length, start there.
+/// Connections that start after some length of the ray of a pixel start there.
 #[test]
 fn connections_start_along_the_ray_of_a_pixel() {
     let folder = Folder::with_lens();
@@ -129,7 +129,7 @@ fn connections_start_along_the_ray_of_a_pixel() {
     let [a, b] = [&points[0], points.last().unwrap()].map(at);
     let body = r#"{"pixel": [0, 0], "at": 1.5, "to": [0, 3, 0]}"#;
     let found = served.json("POST", "api/0/connect", body);
-    // This ray passes the lens by: it is straight.
+    // This ray misses the lens: it is straight.
     let length = (0..3).map(|i| (b[i] - a[i]).powi(2)).sum::<f64>().sqrt();
     let start = at(&found["branches"][0]["points"][0]);
     for i in 0..3 {
@@ -191,7 +191,7 @@ fn a_page_pauses_and_stops_a_render() {
         std::thread::sleep(Duration::from_millis(20));
     }
     assert_eq!(command("pause")["paused"], true);
-    // The pass that is under way ends.
+    // The current pass completes.
     std::thread::sleep(Duration::from_secs(2));
     let paused = done();
     std::thread::sleep(Duration::from_secs(1));

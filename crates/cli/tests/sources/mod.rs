@@ -9,7 +9,7 @@ pub fn root() -> &'static Path {
     crates.parent().unwrap()
 }
 
-/// The files below a folder that have one of some extensions.
+/// Files below a folder with certain extensions.
 pub fn below(folder: &Path, extensions: &[&str]) -> Vec<PathBuf> {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).unwrap() {
