@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""Builds the program by profile-guided optimisation (PGO): the same images bit for bit, in less time.
+"""Builds the program by profile-guided optimisation (PGO): equal images bit for bit, in less time.
 
-Builds it with counters, renders small scenes, and builds it again so that what runs often is laid out to run fast. Checks
-that it gives the same bits as the plain release build, and measures the gain. The result is target/pgo/release/morgana.
-The Python package is built likewise with RUSTFLAGS="-Cprofile-use=…/target/pgo/morgana.profdata" pip install .
+Builds the program with counters, renders small scenes, and builds it again with frequently run code
+laid out to run fast. Checks that it gives equal bits to the plain release build, and measures the
+gain. The result is target/pgo/release/morgana. The Python package is built likewise with
+RUSTFLAGS="-Cprofile-use=…/target/pgo/morgana.profdata" pip install .
 
-Needs llvm-profdata: `rustup component add llvm-tools`, or that of LLVM 19 or newer, whose
-path is given by --profdata. Takes some ten minutes on two cores.
+Needs llvm-profdata: `rustup component add llvm-tools`, or that of LLVM 19 or newer with its path
+given by --profdata. Takes about ten minutes on two cores.
 
 Usage: scripts/build_pgo.py [--profdata PATH]
 """
@@ -25,14 +26,14 @@ from same_bits import PICTURE, ROOT, TARGET, variants
 
 PGO = TARGET / "pgo"
 PROFILE = PGO / "morgana.profdata"
-# Scenes without bent rays.
+# Scenes with straight rays.
 STRAIGHT = sorted((ROOT / "crates" / "io" / "tests" / "data").glob("p[1-5]*.xml"))
 TIMED = [*STRAIGHT, *(ROOT / "scenes" / f"{name}.xml" for name in ("luneburg_fog", "grid_lens", "acoustic_waveguide"))]
 PAIRS = 7
 
 
 def profdata(given):
-    """The program that merges profiles."""
+    """Returns the program that merges profiles."""
     if given:
         return shutil.which(given) or sys.exit(f"{given}: there is no such program")
     ask = lambda *what: subprocess.run(["rustc", *what], capture_output=True, text=True, check=True).stdout
@@ -46,7 +47,7 @@ def build(target, *flags):
     """Builds the program into a folder with flags besides the user's; returns its path."""
     environment = {**os.environ, "CARGO_TARGET_DIR": str(target)}
     if flags:
-        # Encoded, paths may hold spaces.
+        # Use the encoded form, which allows paths with spaces.
         encoded = environment.get("CARGO_ENCODED_RUSTFLAGS")
         own = encoded.split("\x1f") if encoded else environment.get("RUSTFLAGS", "").split()
         environment["CARGO_ENCODED_RUSTFLAGS"] = "\x1f".join([*own, *flags])
@@ -56,14 +57,14 @@ def build(target, *flags):
 
 
 def render(program, scene, options, output):
-    """The bytes that a scene gives, and the processor time that it took."""
+    """Returns the bytes of a rendered scene, and the processor time of the render."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
     subprocess.run([program, "render", scene, *options, "--seed", "3", "--quiet", "-o", output], check=True)
     return output.read_bytes(), resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
 
 
 def scenes(folder):
-    """What is rendered to train and to compare."""
+    """Returns the scenes for training and comparison."""
     yield from variants(folder)
     yield from ((scene, (("--spp", "4"), "npy")) for scene in STRAIGHT)
 
@@ -81,7 +82,7 @@ def train(program, merge):
 
 
 def compare(plain, pgo):
-    """Bits of all scenes, and times of some."""
+    """Compares the bits of all scenes, and the times of some."""
     with tempfile.TemporaryDirectory() as folder:
         folder = pathlib.Path(folder)
         for scene, (options, extension) in scenes(folder):

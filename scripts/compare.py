@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Compares the estimators for equal time on the example scenes.
 
-Renders each scene by path, particle and bdpt, several times with independent seeds, and writes a table of
-errors to docs/comparison.md and a figure to docs/images/comparison.png. Uses the standard library and
-the release binary, which it builds; files of its own go to a temporary folder.
+Renders each scene by path, particle and bdpt, several times with independent seeds. Writes a table
+of errors to docs/comparison.md and a figure to docs/images/comparison.png. Uses the standard
+library and the release binary, which it builds; its own files go to a temporary folder.
 
 Usage: scripts/compare.py [--time SECONDS] [--seeds N] [--threads N] [SCENE ...]
 """
@@ -21,7 +21,7 @@ import zlib
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 ESTIMATORS = ("path", "particle", "bdpt")
-# Scene, parameters, brightening of the figure in stops.
+# Scene, parameters, and exposure of the figure in stops.
 SCENES = (
     ("luneburg_fog", {"width": 264, "height": 158}, 0),
     ("aquarium_laser", {"width": 264, "height": 82, "reflections": 2}, 1),
@@ -29,13 +29,13 @@ SCENES = (
     ("grid_lens", {"width": 264, "height": 198}, 0),
     ("mirage", {"width": 264, "height": 132}, 0),
 )
-# Relative errors are taken of pixels at least this bright, as a share of the mean of the image.
+# Smallest brightness for relative errors, as a fraction of the image's mean.
 DARK = 0.05
 GAP = 4
 
 
 class Run:
-    """One render: the image as rows of floats, and what was reported."""
+    """A render: the image as rows of floats, and its report."""
 
     def __init__(self, width, values, stats, seconds):
         self.width, self.values = width, values
@@ -82,12 +82,13 @@ def read_npy(path):
 
 
 def averages(runs):
-    """Mean over runs of every value."""
+    """Returns the mean over runs of every value."""
     return [sum(column) / len(runs) for column in zip(*(run.values for run in runs))]
 
 
 def relative_error(runs, reference):
-    """Mean over the image of a run's variance, from the runs' differences, by the squared reference."""
+    """Returns the mean over the image of a run's variance over the squared reference, from the
+    differences between runs."""
     floor = (DARK * sum(reference) / len(reference)) ** 2
     total = 0.0
     for mean, r, *values in zip(averages(runs), reference, *(run.values for run in runs)):
@@ -97,15 +98,16 @@ def relative_error(runs, reference):
 
 
 def overall(runs):
-    """Mean of the image over all runs, and its standard error from their differences."""
+    """Returns the mean of the image over all runs, and its standard error from their differences."""
     mean = sum(run.mean for run in runs) / len(runs)
     variance = sum((run.mean - mean) ** 2 for run in runs) / (len(runs) - 1)
     return mean, (variance / len(runs)) ** 0.5
 
 
 def compare(scene, runs):
-    """Rows of the table."""
-    # The median of the three: one rare bright sample would hide the error that it is.
+    """Returns the rows of the table."""
+    # Take the median of the three estimators: in a mean, a rare bright sample would hide its own
+    # error.
     reference = [sorted(means)[1] for means in zip(*(averages(several) for several in runs.values()))]
     errors = {name: relative_error(several, reference) for name, several in runs.items()}
     cost = {n: errors[n] * sum(r.seconds for r in several) / len(several) for n, several in runs.items()}
@@ -124,14 +126,14 @@ def compare(scene, runs):
 
 
 def pixel(value, stops):
-    """sRGB of a linear value."""
+    """Converts a linear value to sRGB."""
     v = min(max(value * 2.0**stops, 0.0), 1.0)
     v = 12.92 * v if v <= 0.0031308 else 1.055 * v ** (1 / 2.4) - 0.055
     return round(255 * v)
 
 
 def strip(runs, stops):
-    """Rows of bytes: the first run of every estimator, side by side."""
+    """Returns rows of bytes: the first run of every estimator, side by side."""
     first = [several[0] for several in runs.values()]
     rows = []
     for y in range(first[0].height):
@@ -218,7 +220,7 @@ def main():
                 one = lambda seed: render(
                     binary, pathlib.Path(folder), scene, parameters, estimator, seed, args
                 )
-                # Seeds differ between estimators, too.
+                # Use different seeds for the estimators, too.
                 first = 1000 * ESTIMATORS.index(estimator)
                 runs[estimator] = [one(first + i) for i in range(args.seeds)]
             table = compare(scene, runs)

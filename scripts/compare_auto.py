@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
 """Compares the integrator auto with each single choice, for equal time.
 
-Renders each scene by auto, path, particle and bdpt for a number of seeds, each for --time seconds on one thread, and writes a table: the
-root of the relative mean square error times processor time, relative to the least of the single choices (a choice is as good as that if it
-says 1.0). What an estimator does not find counts as error: means that differ from the median of all by more than noise are marked with *.
+Renders each scene by auto, path, particle and bdpt for a number of seeds, each for --time seconds
+on one thread. Writes a table of the root of the relative mean square error times processor time,
+relative to the smallest of the single choices, which has 1.0. Light that an estimator does not find
+counts as error: means that differ from the median of all by more than noise are marked with *.
 
 Scenes: the example scenes; the files given; random ones (--random N, see random_mitsuba_scenes.py).
 
@@ -39,18 +40,19 @@ EXAMPLES = (
     ("light_in_flight", {"width": 40, "height": 22}),
     ("mirror_caustic", {"width": 40, "height": 25}),
 )
-# Relative errors are taken of pixels at least this bright, as a share of the mean of the image.
+# Smallest brightness for relative errors, as a fraction of the image's mean.
 DARK = 0.05
-# Means of images that differ by more than this, in standard errors, and by a hundredth differ.
+# Difference of image means, in standard errors, beyond which (and beyond a hundredth) they count as
+# different.
 FAR = 5.0
 
 
 class TooShort(Exception):
-    """A render that is over before it has a picture."""
+    """A render that ended before it had an image."""
 
 
 class Runs:
-    """The renders of a scene by one integrator: images, processor seconds, and what was chosen."""
+    """Renders of a scene by one integrator: images, processor seconds, and the chosen estimator."""
 
     def __init__(self, images: list[np.ndarray], seconds: list[float], told: list[dict]) -> None:
         self.images, self.seconds = np.array(images), float(np.median(seconds))
@@ -60,7 +62,7 @@ class Runs:
         return self.images.mean(0)
 
     def error(self, reference: np.ndarray) -> float:
-        """Root of relative MSE × time."""
+        """Returns the root of relative MSE × time."""
         scale = reference**2 + (DARK * reference.mean()) ** 2
         return float(np.sqrt((self.images.var(0, ddof=1) / scale).mean() * self.seconds))
 
@@ -118,14 +120,14 @@ def scenes(args: argparse.Namespace, folder: pathlib.Path):
         import mitsuba
         from random_mitsuba_scenes import Generator
 
-        # Which writes grids.
+        # This variant writes grids.
         mitsuba.set_variant("scalar_rgb")
     for number in range(args.random):
         place = folder / str(number)
         place.mkdir()
         root, parts = Generator(str(number), place).scene(32)
         if parts["sensor"] == "batch":
-            # path is the only one that can render it.
+            # Only path can render it.
             continue
         ElementTree.ElementTree(root).write(place / "scene.xml")
         yield f"random {number}: {parts['bsdf']}, {parts['emitter']}", place / "scene.xml", {}

@@ -1,18 +1,20 @@
 #!/usr/bin/env python3
 """Compares efficiency with Mitsuba 3 on scenes that both can read.
 
-Renders each scene several times with independent seeds by Morgana's release binary, which it builds, and by variants of
-Mitsuba 3, in turn, and prints a table in Markdown. Efficiency is 1/(variance × processor time).
+Renders each scene several times with independent seeds, in turn by Morgana's release binary, which
+it builds, and by variants of Mitsuba 3. Prints a table in Markdown. Efficiency is 1/(variance ×
+processor time).
 
-Mitsuba comes from PyPI into an environment of its own, target/mitsuba-venv. Its llvm variants need LLVM's shared
-library, version 16 or newer where the processor has AVX-512: Debian's package libllvm19, or a path in DRJIT_LIBLLVM_PATH.
-A variant that cannot be loaded is left out, with a note.
+Mitsuba comes from PyPI into its own environment, target/mitsuba-venv. Its llvm variants need LLVM's
+shared library, version 16 or newer if the processor has AVX-512: Debian's package libllvm19, or a
+path in DRJIT_LIBLLVM_PATH. A variant that cannot be loaded is left out, with a note.
 
-With --sampler both use that one in place of the scenes' own, with --own Morgana alone does; --adaptive lets it share samples
-out among pixels. --pgo adds what scripts/build_pgo.py has built.
+--sampler replaces the scenes' own samplers for both programs, and --own only for Morgana;
+--adaptive distributes Morgana's samples among pixels by noise. --pgo adds the build of
+scripts/build_pgo.py.
 
 Usage: scripts/compare_mitsuba.py [--spp N] [--seeds N] [--threads N] [--variants NAMES] [--sampler NAME] [--own NAME] [--adaptive]
-                                  [--pgo] SCENE ...
+  [--pgo] SCENE ...
 """
 
 import argparse
@@ -34,7 +36,7 @@ PACKAGES = ("mitsuba==3.9.1", "numpy")
 
 
 def enter_environment():
-    """Goes on in the environment that has Mitsuba, which is made if it is not there."""
+    """Restarts the script in the environment that has Mitsuba, which it creates if necessary."""
     python = ENVIRONMENT / "bin" / "python"
     if pathlib.Path(sys.prefix) == ENVIRONMENT:
         return
@@ -50,7 +52,7 @@ def processor_time(who):
 
 
 class Morgana:
-    """A release binary; its times include start-up and the writing of files."""
+    """A release binary. Its times include start-up and the writing of files."""
 
     name = "morgana"
 
@@ -80,7 +82,7 @@ class Morgana:
 
 
 class Mitsuba:
-    """A variant of Mitsuba, loaded and compiled: a first render warms it up."""
+    """A loaded and compiled variant of Mitsuba; a first render warms it up."""
 
     def __init__(self, variant, scene, args):
         import drjit
@@ -114,7 +116,7 @@ def renderers(scene, args):
 
 
 class Result:
-    """What a renderer's runs say: seconds per sample, variance of a sample, their product."""
+    """Results of a renderer's runs: seconds per sample, variance of a sample, and their product."""
 
     def __init__(self, runs, spp):
         import numpy
@@ -128,7 +130,7 @@ class Result:
 
 
 def with_sampler(scene, sampler, folder):
-    """A copy of a scene, beside links to its data, with another sampler."""
+    """Returns a copy of a scene with another sampler, beside links to its data."""
     for file in scene.resolve().parent.iterdir():
         if file.name != scene.name:
             (folder / file.name).symlink_to(file)
@@ -141,7 +143,7 @@ def with_sampler(scene, sampler, folder):
 
 
 def compare(scene, args):
-    """Rows of the table."""
+    """Returns the rows of the table."""
     runs = {renderer: [] for renderer in renderers(scene, args)}
     for seed in range(1, args.seeds + 1):
         for renderer, several in runs.items():

@@ -1,16 +1,19 @@
 #!/usr/bin/env python3
-"""Compares fluence in labelled voxels with MMC, cell by cell, particles per second of processor time, and efficiency.
+"""Compares fluence, speed and efficiency in labelled voxels with MMC, cell by cell.
 
-A box of 20 x 20 x 20 voxels of 1 mm has three labels that differ in every property, the index among them. MMC (https://mcx.space/mmc; its
-native program, not one of the interfaces to graphics cards) has the same voxels as six tetrahedra each. It states no errors: those are of
-independent seeds. Both sides run on one thread, and the particles per second are of the processor time of the whole program. The efficiency
-is 1/(variance x processor time), of all particles of either side: its ratio is the mean over cells.
+A box of 20 x 20 x 20 voxels of 1 mm has three labels that differ in every property, including the
+index. MMC (https://mcx.space/mmc; its native program, not one of the GPU interfaces) has the voxels
+as six tetrahedra each. MMC reports no errors; they come from independent seeds. Both programs run
+on one thread, and the particles per second refer to the processor time of the whole program. The
+efficiency is 1/(variance x processor time), for all particles of either program; its ratio is the
+mean over cells.
 
 Usage: scripts/compare_mmc.py MMC [--particles N] [--seeds N] [--own N] [--gates N] [--pmmc PYTHON]
 
-MMC is the program; needs NumPy. PYTHON is one that has pmmc (PyPI) and finds an implementation of OpenCL for processors, as pocl: its
-particles per second are shown, too, after a first run that compiles its kernel. Its fluence is not compared: that of elements of unlike
-absorption is scaled differently.
+MMC is the program; needs NumPy. PYTHON is one that has pmmc (PyPI) and finds an OpenCL
+implementation for CPUs, such as pocl. Its particles per second are shown, too, after a first run
+that compiles its kernel. Its fluence is not compared, because it scales the fluence of elements
+with different absorption differently.
 """
 
 import argparse
@@ -37,7 +40,7 @@ LIGHT = 2.99792458e11
 
 
 def labels():
-    """Labels [x, y, z]: two layers and a ball."""
+    """Returns labels [x, y, z]: two layers and a ball."""
     x, y, z = np.indices((SIZE,) * 3) + 0.5
     found = np.where(z > 8, 2, 1)
     found[(x - 10) ** 2 + (y - 10) ** 2 + (z - 6) ** 2 < 9] = 3
@@ -45,7 +48,7 @@ def labels():
 
 
 def tetrahedra():
-    """Nodes, and elements with their labels: Kuhn's six for each voxel."""
+    """Returns nodes, and elements with their labels: Kuhn's six tetrahedra per voxel."""
     n = SIZE + 1
     node = [[i, j, k] for k in range(n) for j in range(n) for i in range(n)]
     of = labels()
@@ -66,7 +69,7 @@ def tetrahedra():
 
 
 def first_element(node, elements):
-    """The number of the element that holds the source, from 1."""
+    """Returns the number of the element that contains the source, from 1."""
     for i, element in enumerate(elements):
         a, b, c, d = node[element[:4] - 1]
         if np.abs((a + b + c + d) / 4 - SOURCE).max() > 1.2:
@@ -78,7 +81,7 @@ def first_element(node, elements):
 
 
 def run(command, folder):
-    """Runs a program; its processor time."""
+    """Runs a program. Returns its processor time."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     subprocess.run(command, cwd=folder, check=True, capture_output=True, env={**os.environ, "OMP_NUM_THREADS": "1"})
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -86,7 +89,7 @@ def run(command, folder):
 
 
 def by_mmc(args, folder):
-    """Fluence [seed, gate, z, y, x] per joule, and the processor time."""
+    """Returns fluence [seed, gate, z, y, x] per joule, and the processor time."""
     node, elements = tetrahedra()
     media = [dict(zip(["mua", "mus", "g", "n"], row)) for row in PROPERTIES]
     setting = {
@@ -128,7 +131,7 @@ print("seconds", run(int(sys.argv[1])), file=sys.stderr)
 
 
 def by_pmmc(args, folder):
-    """Particles per second by MMC's interface to OpenCL."""
+    """Returns particles per second by MMC's OpenCL interface."""
     node, elements = tetrahedra()
     setting = {
         "node": node.tolist(), "elem": elements[:, :4].tolist(), "elemprop": elements[:, 4].tolist(), "prop": PROPERTIES, "srcpos": SOURCE,
@@ -142,7 +145,7 @@ def by_pmmc(args, folder):
 
 
 def by_morgana(args, folder):
-    """Arrays of the output, the number of particles and the processor time."""
+    """Returns arrays of the output, the number of particles and the processor time."""
     np.save(folder / "labels.npy", labels().astype(np.uint8))
     cells = {
         "type": "fluencemeter", "normalization": "per_watt", "nx": SIZE, "ny": SIZE, "nz": SIZE,

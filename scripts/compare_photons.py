@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """Bias and noise of photon maps, against bdpt for equal time, on the Luneburg lens in fog.
 
-Renders the scene several times with independent seeds, compares with a long render of particles, and writes
-docs/photons.md and docs/images/photons.png. Time is processor time, so that the comparison is fair on a busy
-machine, too: short renders tell how many samples take it. Uses the standard library and the release binary
-(--binary takes another one).
+Renders the scene several times with independent seeds, compares it with a long render by particles,
+and writes docs/photons.md and docs/images/photons.png. Time is processor time, so that the
+comparison is fair on a busy machine, too: short renders measure the number of samples for it. Uses
+the standard library and the release binary (--binary takes another one).
 
 Usage: scripts/compare_photons.py [--time SECONDS] [--seeds N] [--binary FILE]
 """
@@ -25,12 +25,12 @@ ESTIMATORS = (
     ("photon, radius 0.05", "photon", '<float name="radius" value="0.05"/>'),
     ("sppm, radius 0.2", "sppm", '<float name="radius" value="0.2"/>'),
 )
-# The reference is the mean of so many renders.
+# Number of renders whose mean is the reference.
 REFERENCES = 10
 
 
 def with_integrator(folder, name, kind, parameters):
-    """A copy of the scene with another integrator."""
+    """Returns a copy of the scene with another integrator."""
     text = (compare.ROOT / "scenes" / f"{SCENE}.xml").read_text()
     old = '<integrator type="auto">'
     assert old in text
@@ -52,7 +52,7 @@ def render(binary, folder, scene, seed, spp):
 
 
 def fitting_samples(binary, folder, scene, seconds):
-    """Samples per pixel that take so much processor time."""
+    """Returns the number of samples per pixel for a given processor time."""
     spp = 1
     while (used := render(binary, folder, scene, 0, spp).seconds) < seconds / 10:
         spp *= 4
@@ -60,8 +60,9 @@ def fitting_samples(binary, folder, scene, seconds):
 
 
 def errors(runs, references):
-    """Variance of a render and squared bias, relative to the squared reference, averaged over the image. The
-    noise of both means is known from the differences between renders, and taken off the bias."""
+    """Returns the variance of a render and the squared bias, relative to the squared reference,
+    averaged over the image. The noise of both means, from the differences between renders, is
+    subtracted from the bias."""
     reference = compare.averages(references)
     noise = noise_of_mean(references, reference)
     floor = (compare.DARK * sum(reference) / len(reference)) ** 2
@@ -74,14 +75,15 @@ def errors(runs, references):
 
 
 def noise_of_mean(runs, means):
-    """Variance of the mean over runs of every value."""
+    """Returns the variance of the mean over runs of every value."""
     columns = zip(*(run.values for run in runs))
     scale = len(runs) * (len(runs) - 1)
     return [sum((x - m) ** 2 for x in column) / scale for m, column in zip(means, columns)]
 
 
 def difference(runs, reference):
-    """Rows of bytes: red where the mean of the renders is too bright, blue where it is too dark."""
+    """Returns rows of bytes: red where the mean of the renders is too bright, blue where it is too
+    dark."""
     width = runs[0].width
     scale = 4 * sum(reference) / len(reference)
     averages = compare.averages(runs)

@@ -1,8 +1,9 @@
-"""Derivatives by voxels of a smoke beside those of Mitsuba 3's prbvolpath, where rays are straight: agreement and CPU time.
+"""Derivatives by voxels of smoke, compared with Mitsuba 3's prbvolpath for straight rays: agreement and CPU time.
 
     PYTHON_WITH_BOTH scripts/compare_prbvolpath.py --voxels 8 --spp 256
 
-Mitsuba's data are grids over the same cube, clamped; both interpolate linearly. The loss is Σ weight × pixel.
+Mitsuba's data are grids over an equal cube, clamped; both programs interpolate linearly. The loss
+is Σ weight × pixel.
 """
 
 import argparse
@@ -19,7 +20,7 @@ def density(voxels):
 
 
 def scene(voxels, pixels, albedo, depth):
-    """Shared parts of both descriptions; `grid` is put in by each."""
+    """Returns the parts of the scene that both descriptions share; each adds its own `grid`."""
     film = {"type": "hdrfilm", "width": pixels, "height": pixels, "pixel_format": "luminance", "rfilter": {"type": "box"}}
     return {
         "type": "scene",
@@ -75,7 +76,7 @@ def by_mitsuba(given, weights):
         image = mi.render(loaded, parameters, spp=each, seed=2 * batch, seed_grad=2 * batch + 1)
         dr.backward(dr.sum(dr.ravel(image) * mi.Float(weights.ravel().astype(np.float32))))
         gradient = np.array(dr.grad(data)).reshape(density(given.voxels).shape)
-        # The first is compiled.
+        # Skip the first batch, which includes compilation.
         if batch:
             spent += time.process_time() - started
             gradients.append(gradient)

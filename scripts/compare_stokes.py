@@ -1,11 +1,15 @@
 #!/usr/bin/env python3
-"""Compares Stokes parameters with Mitsuba 3's: a tilted glass cube and a metal ball above a tilted metal plate, lit by an area light; and a
-rough metal ball and plate below a polariser, through which an area light shines. Retarders that light meets at an angle differ from Mitsuba's
+"""Compares Stokes parameters with Mitsuba 3.
+
+The first scene has a tilted glass cube and a metal ball above a tilted metal plate, lit by an area
+light. The second has a rough metal ball and plate below a polariser through which an area light
+shines. Retarders at oblique incidence differ from Mitsuba's
 (docs/scene-format.md#filters-of-polarised-light).
 
-Both render 32 × 32 pixels in 16 batches. Blocks of 4 × 4 pixels are compared, after one common factor for brightness (Mitsuba's
-spectral variant has colours of its own). Prints for each parameter its root mean square over the image, and the root mean square and
-the largest of the deviations in standard errors: about 1 and 3 where the renders agree.
+Both programs render 32 × 32 pixels in 16 batches. Blocks of 4 × 4 pixels are compared, after one
+common factor for brightness (Mitsuba's spectral variant has its own colours). For each parameter,
+the script prints its root mean square over the image, and the root mean square and the largest
+deviation in standard errors: about 1 and 3 if the renders agree.
 
 Mitsuba comes from PyPI into target/mitsuba-venv, as for compare_mitsuba.py.
 
@@ -54,7 +58,7 @@ SCENES = {"glass and metal": GLASS_AND_METAL, "rough metal below a polariser": B
 
 
 def of_morgana(program, scene, folder, seed):
-    """Stokes parameters, (4, height, width)."""
+    """Returns Stokes parameters, (4, height, width)."""
     import numpy
 
     image = folder / "image.npy"
@@ -64,7 +68,7 @@ def of_morgana(program, scene, folder, seed):
 
 
 def of_mitsuba(scene, seed):
-    """Stokes parameters of the green channel, (4, height, width)."""
+    """Returns Stokes parameters of the green channel, (4, height, width)."""
     import mitsuba
     import numpy
 
@@ -73,7 +77,7 @@ def of_mitsuba(scene, seed):
 
 
 def blocks(images):
-    """Means of blocks of pixels, and their standard errors."""
+    """Returns means of blocks of pixels, and their standard errors."""
     import numpy
 
     count = SIZE // BLOCK

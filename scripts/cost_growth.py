@@ -1,10 +1,14 @@
 #!/usr/bin/env python3
-"""Measures how the cost of a render grows with path length, grid size, optical thickness, field strength and film size, and that of
-loading and of a sample with the number of objects, wavelengths and instants.
+"""Measures how the cost of renders, of loading and of samples grows with the size of the scene.
 
-Renders a ball of fog with an index of a grid, by the release binary, which it builds, on one thread. Prints a table with the
-exponents of power laws fitted to the largest half of each sweep, for docs/performance.md, and writes
-docs/images/cost_growth.svg. A second table has processor times and peak memory. Needs NumPy and Matplotlib.
+The sweeps of renders are over path length, grid size, optical thickness, field strength and film
+size. The sweeps of loading and of a sample are over the number of objects, wavelengths and
+instants.
+
+Renders a ball of fog with a sampled index, by the release binary, which it builds, on one thread.
+Prints a table with the exponents of power laws fitted to the largest half of each sweep, for
+docs/performance.md, and writes docs/images/cost_growth.svg. A second table has processor times and
+peak memory. Needs NumPy and Matplotlib.
 
 Usage: scripts/cost_growth.py [--repeats N] [--spp N]
 """
@@ -26,7 +30,8 @@ from matplotlib.ticker import NullFormatter
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PLOT = ROOT / "docs/images/cost_growth.svg"
-# What a sweep is called, its parameter, and the parameter's values; others are as in BASE.
+# Defaults of the parameters. Each sweep below has a name, its parameter, and the parameter's
+# values.
 BASE = {"depth": 8, "grid": 32, "sigma": 2.0, "delta": 0.05, "width": 48}
 SWEEPS = (
     ("longest path, edges", "depth", (1, 2, 4, 8, 16, 32)),
@@ -55,12 +60,13 @@ SCENE = """<scene version="3.0.0">
 """
 
 
-# Balls that share a medium in a box of fog: (number; what they are made of).
+# Surfaces of balls that share a medium in a box of fog, by the name of the sweep.
 BALLS = {"fog": "null", "glass": "dielectric"}
 OBJECTS = (10, 100, 1000, 10_000, 100_000)
 WAVELENGTHS = (3, 8, 32)
 INSTANTS = (1, 2, 8)
-# Triangles along an edge of the mesh, and samples along an edge of the grid, of the scene that has several wavelengths or instants.
+# Triangles along an edge of the mesh and samples along an edge of the grid, for scenes with several
+# wavelengths or instants.
 MESH, GRID = 225, 256
 VIEW = """<scene version="3.0.0"><integrator type="path"/><emitter type="constant"/>
   <sensor type="perspective"><transform name="to_world"><lookat origin="0,-5,0" target="0,0,0" up="0,0,1"/></transform>
@@ -70,7 +76,7 @@ VIEW = """<scene version="3.0.0"><integrator type="path"/><emitter type="constan
 
 
 def balls(count, bsdf):
-    """A scene of balls at the places of a lattice."""
+    """Returns a scene of balls at the points of a lattice."""
     edge = next(n for n in range(1, 1000) if n**3 >= count)
     radius, index = 0.25 / edge, '<float name="ior" value="1.33"/>' if bsdf == "dielectric" else ""
     text = VIEW.format(instants=1, channels="") + f"""<medium type="homogeneous" id="fog"><float name="sigma_t" value="1"/></medium>
@@ -84,7 +90,7 @@ def balls(count, bsdf):
 
 
 def write_mesh(path):
-    """A bumpy ball of about 100 000 triangles."""
+    """Writes a bumpy ball of about 100 000 triangles."""
     n = MESH
     u, v = np.meshgrid(np.arange(n) * 2 * np.pi / n, np.linspace(0.01, np.pi - 0.01, n), indexing="ij")
     r = 1 + 0.05 * np.sin(7 * u) * np.sin(5 * v)
@@ -105,7 +111,7 @@ def write_mesh(path):
 
 
 def body(folder, wavelengths=3, instants=1):
-    """A scene of a mesh with a grid of extinctions and an index with sound in it."""
+    """Returns a scene of a mesh with a grid of extinctions and an index with sound."""
     if not (folder / "body.ply").exists():
         write_mesh(folder / "body.ply")
         x = np.indices((GRID,) * 3, dtype="f4") / GRID
@@ -120,7 +126,8 @@ def body(folder, wavelengths=3, instants=1):
           <float name="wave_number" value="9"/></volume></medium></shape></scene>"""
 
 
-# Runs a program from a small process: the peak memory of a child counts that of the process which starts it.
+# Run programs from a small process: the peak memory of a child includes that of the process that
+# starts it.
 SHIM = """
 import resource, subprocess, sys
 subprocess.run(sys.argv[1:], check=True, stdout=subprocess.DEVNULL)
@@ -130,7 +137,7 @@ print(usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1e3)
 
 
 def spent(command, folder):
-    """Processor time in seconds and peak memory in megabytes of a program."""
+    """Returns processor time in seconds and peak memory in megabytes of a program."""
     shim = [sys.executable, "-S", "-c", SHIM, *command]
     output = subprocess.run(shim, cwd=folder, check=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True).stdout
     seconds, memory = map(float, output.split())
@@ -138,13 +145,14 @@ def spent(command, folder):
 
 
 def whole(binary, folder, text, spp, repeats):
-    """Medians of seconds and megabytes of loading, and of microseconds of a sample, if `spp` is not 0."""
+    """Returns medians of seconds and megabytes of loading, and of microseconds of a sample, if
+    `spp` is not 0."""
     (folder / "whole.xml").write_text(text)
     loading = [spent([binary, "check", "whole.xml"], folder) for _ in range(repeats)]
     seconds, memory = (statistics.median(column) for column in zip(*loading))
     if spp == 0:
         return seconds, memory, None
-    # What a render does once, such as its pilot, cancels.
+    # The difference cancels work that a render does once, such as its pilot.
     render = [binary, "render", "whole.xml", "--quiet", "--threads", "1", "-o", "image.npy", "--spp"]
     differences = []
     for _ in range(repeats):
@@ -177,7 +185,8 @@ def program():
 
 
 def write_grid(folder, n, delta, precision="f8"):
-    """1 + delta · exp(−2 r²) − its value at r = 1, so that the surface matches the index of air."""
+    """Writes 1 + delta · exp(−2 r²) − its value at r = 1, so that the surface matches the index of
+    air."""
     path = folder / f"{n}-{delta}.npy"
     if not path.exists():
         axis = np.linspace(-1.1, 1.1, n) ** 2
@@ -187,7 +196,7 @@ def write_grid(folder, n, delta, precision="f8"):
 
 
 def cost(binary, folder, values, spp):
-    """Microseconds and counts, per sample of a pixel."""
+    """Returns microseconds and counts, per sample of a pixel."""
     write_grid(folder, values["grid"], values["delta"])
     (folder / "scene.xml").write_text(SCENE.format(**values))
     command = [binary, "render", "scene.xml", "--quiet", "--threads", "1", "--spp", str(spp)]
@@ -198,18 +207,19 @@ def cost(binary, folder, values, spp):
 
 
 def sweep(binary, folder, name, parameter, values, args):
-    """Rows of medians; repeats go through all values in turn, so that a slow minute slows them all."""
+    """Returns rows of medians. Repeats cycle through all values, so that a slow minute affects them
+    all."""
     runs = {value: [] for value in values}
     for _ in range(args.repeats):
         for value in values:
-            # As many samples for every film.
+            # Take equally many samples for every film.
             spp = max(1, round(args.spp * (BASE["width"] / value) ** 2)) if parameter == "width" else args.spp
             runs[value].append(cost(binary, folder, {**BASE, parameter: value}, spp))
     return [(v, {k: statistics.median(run[k] for run in runs[v]) for k in runs[v][0]}) for v in values]
 
 
 def exponent(rows, quantity):
-    """Slope over the larger half, in logarithms."""
+    """Returns the slope over the larger half, in logarithms."""
     half = rows[len(rows) // 2 - 1 :]
     x = np.log([value for value, _ in half])
     y = np.log([max(row[quantity], 1e-12) for _, row in half])

@@ -1,4 +1,4 @@
-"""CPU time of derivatives of a picture over that of its render, for one parameter and for many, where rays are straight and where they bend.
+"""CPU time of an image's derivatives over that of its render, for few and many parameters, straight and bent rays.
 
     PYTHON scripts/derivative_cost.py --rounds 5
 

@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """Compares the efficiency of two builds of the program under environment maps and area lights.
 
-Renders small scenes that it makes itself, and the example scene `mirage`, by both builds in turn with several seeds, and
-prints a table in Markdown: variance and processor time of the first by those of the second, and their product, the gain in
-efficiency. The variance is that of pixels among the seeds, each relative to the pixel's squared mean plus a hundredth of the
-image's; times are medians.
+Renders small scenes that it makes itself, and the example scene `mirage`, by both builds in turn
+with several seeds. Prints a table in Markdown: variance and processor time of the first build over
+those of the second, and their product, the gain in efficiency. The variance is taken over the
+seeds, for each pixel relative to its squared mean plus a hundredth of the image's squared mean;
+times are medians.
 
 Usage: scripts/emitter_sampling.py OLD NEW [--integrator NAME] [--seeds N] [--samples N] [NAME ...]     (needs numpy)
 """
@@ -44,7 +45,8 @@ def write_pfm(path, image):
 
 
 def write_images(folder):
-    """A blue sky with clouds, the same with a sun of 1.2°, soft boxes in the dark, and a panel with bright spots."""
+    """Writes a blue sky with clouds, the sky with a sun of 1.2°, soft boxes in the dark, and a
+    panel with bright spots."""
     rng = np.random.default_rng(1)
     height, width = 256, 512
     y, x = np.mgrid[0:height, 0:width]
@@ -114,7 +116,7 @@ def light(y, radiance):
 
 
 def room():
-    """A room with a slit in one wall."""
+    """Returns a room with a slit in one wall."""
     turns = ['<rotate x="1" angle="-90"/>', '<rotate x="1" angle="90"/><translate y="4"/>', '<translate z="-3"/>']
     turns.append('<rotate y="1" angle="90"/><translate x="-3"/>')
     parts = [f'<scale x="3" y="{h}" z="1"/><rotate y="1" angle="-90"/><translate x="3" y="{y}"/>' for h, y in ((1.2, 0.8), (0.6, 3.4))]
@@ -152,7 +154,7 @@ def scenes():
 
 
 def render(program, scene, samples, seed, options):
-    """The image and the processor time."""
+    """Returns the image and the processor time."""
     with tempfile.TemporaryDirectory() as folder:
         command = [program, "render", scene, "--quiet", "--threads", "1", "--spp", str(samples), "--seed", str(seed)]
         before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime

@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""Fits the quadratures of crates/eikonal/src/modulation/rule.rs to plane waves: prints their numbers.
+"""Fits the quadratures of crates/eikonal/src/modulation/rule.rs to plane waves, and prints their numbers.
 
-A rule integrates cos(κ(x − ½) + φ) over [0, 1] from values and derivatives at both ends and values at inner places, for every κ up to 2π times
-its longest panel in wavelengths. Its weights have the least largest error (linear programming). So have the polynomials by which the integral is
-known up to places on the panel.
+A rule integrates cos(κ(x − ½) + φ) over [0, 1] from values and derivatives at both ends and values
+at inner positions, for every κ up to 2π times its longest panel in wavelengths. Its weights
+minimise the largest error (linear programming). The polynomials that give the integral up to
+positions on the panel minimise theirs likewise.
 
 Needs NumPy and SciPy.
 """
@@ -11,14 +12,15 @@ Needs NumPy and SciPy.
 import numpy as np
 from scipy.optimize import linprog, minimize_scalar
 
-# Longest panels in wavelengths, by the number of inner places, and longest ones with polynomials.
+# Longest panels in wavelengths, by the number of inner positions, without and with polynomials.
 LONGEST = [0.12, 0.5, 1.07, 1.77]
 LONGEST_WITHIN = [0.12, 0.5, 0.8]
 DIGITS = 9
 
 
 def least_error(columns, expected):
-    """The coefficients of columns whose sum is closest to what is expected, and the largest error."""
+    """Returns the coefficients of columns whose sum is closest to the expected values, and the
+    largest error."""
     bound = -np.ones((len(expected), 1))
     upper = np.block([[columns, bound], [-columns, bound]])
     cost = np.eye(columns.shape[1] + 1)[-1]
@@ -36,7 +38,8 @@ def inner_places(offset, count):
 
 
 def fit_rule(longest, offset, count, slopes=True):
-    """Weights of both ends, of the derivatives there, of a pair of inner places and of the middle, and the error."""
+    """Returns weights of both ends, of the derivatives there, of a pair of inner positions and of
+    the middle, and the error."""
     k = waves(longest)
     columns = [2 * np.cos(k / 2)]
     if slopes:
@@ -51,7 +54,8 @@ def fit_rule(longest, offset, count, slopes=True):
 
 
 def fit_within(longest, inner):
-    """For what is known, in the order of `Panel::tabulated`, coefficients of ∫₀ˣ over x, and the error. Where x is 0 it is the value there."""
+    """Returns coefficients of ∫₀ˣ over x for the known values, in the order of `Panel::tabulated`,
+    and the error. At x = 0 it is the value there."""
     places = 0.5 - 0.5 * np.cos(np.linspace(0, np.pi, 33))[1:]
     degree = 4 + len(inner)
     rows, expected = [], []

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""Finds an index inside tissue from pictures of a pattern behind it: a warm spot, or standing ultrasound.
+"""Finds an index inside tissue from images of a pattern behind it: a warm spot, or standing ultrasound.
 
-The pattern is seen through three mean free paths of tissue (g = 0.85): e^-3 of its light is not scattered. Each step of a stochastic descent (Adam) takes
-`morgana.derivatives` of a sum of squares by the parameters of the index, with random numbers of its own.
+The pattern is seen through three mean free paths of tissue (g = 0.85): e^-3 of its light is not
+scattered. Each step of a stochastic descent (Adam) takes `morgana.derivatives` of a sum of squares
+by the parameters of the index, with new random numbers.
 
 Usage: scripts/index_behind_tissue.py [--sound] [--steps N] [--spp N] [--figure FILE]
 """
@@ -22,7 +23,7 @@ PATTERN = "pattern.exr"
 
 
 def pattern():
-    """A pattern that fades towards its edges."""
+    """Returns a pattern that fades towards its edges."""
     y, x = np.mgrid[:64, :64] / 63
     window = np.sin(np.pi * x) * np.sin(np.pi * y)
     waves = (1 + np.sin(2 * np.pi * 5 * x)) * (1 + np.sin(2 * np.pi * 5 * y))
@@ -32,7 +33,7 @@ def pattern():
 
 
 def scene(ior):
-    """A slab of tissue in front of the pattern."""
+    """Returns a slab of tissue in front of the pattern."""
     return morgana.load_dict(
         {
             "type": "scene",
@@ -83,7 +84,7 @@ def scene(ior):
 
 
 def bump(p):
-    """A warm spot: height, place and width."""
+    """Returns the index with a warm spot, by height, position and width."""
     delta, x, y, width = p
     return {
         "type": "gaussian",
@@ -95,7 +96,8 @@ def bump(p):
 
 
 def sound(p):
-    """Standing ultrasound around the line of sight: amplitude and phase of a mode."""
+    """Returns the index in standing ultrasound around the line of sight, by amplitude and phase of
+    a mode."""
     amplitude, phase = p
     return {
         "type": "acoustic",
@@ -109,16 +111,16 @@ def sound(p):
 
 
 class Problem(NamedTuple):
-    """What is looked for."""
+    """The unknown index and its parameters."""
 
     make: Callable[[np.ndarray], dict]
-    """The index, given its parameters."""
+    """Function that returns the index for given parameters."""
     names: dict[str, tuple[str, int]]
-    """The parameters: names of those of the field, and which of its numbers."""
+    """Parameters: names of the field's parameters, and the number within each."""
     truth: np.ndarray
     start: np.ndarray
     steps: np.ndarray
-    """Sizes of first steps."""
+    """Sizes of the first steps."""
 
 
 BUMP = Problem(
@@ -143,7 +145,8 @@ SOUND = Problem(
 
 
 def descend(problem, measured, steps, spp):
-    """Adam, with steps that shrink towards the end. All parameters on the way."""
+    """Minimises by Adam, with steps that shrink towards the end. Returns the parameters of all
+    steps."""
     p, way = problem.start.copy(), [problem.start.copy()]
     names = sorted({f"tissue.ior.{name}" for name, _ in problem.names.values()})
     first, second = np.zeros_like(p), np.zeros_like(p)
@@ -162,7 +165,7 @@ def descend(problem, measured, steps, spp):
 
 
 def figure(path, problem, measured, way):
-    """The picture, and how the parameters come to their true values."""
+    """Draws the image, and the convergence of the parameters to their true values."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -194,7 +197,7 @@ def main():
     parser.add_argument("--figure", help="write a figure to this file")
     options = parser.parse_args()
     problem = SOUND if options.sound else BUMP
-    warnings.simplefilter("ignore", morgana.SceneWarning)  # The slab's boundary passes light as it comes.
+    warnings.simplefilter("ignore", morgana.SceneWarning)  # The slab's boundary passes light unchanged.
     morgana.write(PATTERN, pattern())
     measured = morgana.render(scene(problem.make(problem.truth)), spp=16 * options.spp, seed=99).image
     began = time.process_time()

@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
 """Counts how often the mean of an image is farther from the truth than its stated error allows.
 
-Scenes are those of scene_generator.py that have a camera. Each is rendered by path, bdpt and particle with many seeds. The truth for a seed
-is the mean over all others. Means whose errors are flagged (`Result.mean_few`) are left out, as a user would; of the others, those more
-than three errors away are counted, beside the number that Student's t distribution leaves there. Errors of `bdpt` and `particle` come
-from samples of the whole image, one for each sample per pixel, those of `path` from the samples of all pixels.
+The scenes are those of scene_generator.py that have a camera. Each is rendered by path, bdpt and
+particle with many seeds. The truth for a seed is the mean over all others. Means with flagged
+errors (`Result.mean_few`) are left out, as a user would do. Of the others, the script counts those
+more than three errors away, beside the number expected from Student's t distribution. Errors of
+`bdpt` and `particle` come from samples of the whole image, one for each sample per pixel, and
+errors of `path` from the samples of all pixels.
 
-Exits with 1 if more than twice the expected number are outside: rare light that none of a render's samples found leaves no trace,
-so that somewhat more than expected are outside.
+Exits with 1 if more than twice the expected number are outside. Somewhat more than expected are
+outside, because rare light that no sample of a render found leaves no trace.
 
 Usage: scripts/mean_errors.py [--scenes 40] [--seeds 40] [--spp 32]   (with the Python package morgana and SciPy installed)
 """
@@ -28,12 +30,12 @@ import morgana
 ESTIMATORS = ("path", "bdpt", "particle")
 WIDTH, HEIGHT = 24, 16
 LIMIT = 3.0
-# Means below are of light that too few paths carry to compare.
+# Smallest mean that is compared: in darker images too few paths carry the light.
 DARK = 1e-9
 
 
 def scenes(count: int, folder: pathlib.Path) -> Iterator[tuple[int, dict]]:
-    """The first scenes that have a camera, with their numbers."""
+    """Returns the first scenes that have a camera, with their numbers."""
     number = 0
     while count:
         number += 1
@@ -46,7 +48,8 @@ def scenes(count: int, folder: pathlib.Path) -> Iterator[tuple[int, dict]]:
 
 
 def deviations(made: dict, estimator: str, seeds: int, spp: int) -> tuple[np.ndarray, np.ndarray]:
-    """Deviations from the mean over the other seeds, in errors of both; and which are flagged."""
+    """Returns deviations from the mean over the other seeds, in combined errors, and which are
+    flagged."""
     scene = morgana.load_dict(made, integrator=estimator)
     results = [morgana.render(scene, spp=spp, seed=seed) for seed in range(seeds)]
     mean = np.array([result.mean for result in results])

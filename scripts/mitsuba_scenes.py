@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
-"""Tries every Mitsuba scene of a folder: what loads, what is missing, and how the pictures agree with Mitsuba's.
+"""Tries every Mitsuba scene of a folder: what loads, what is missing, and how the images agree with Mitsuba's.
 
-The first table counts scenes by whether Mitsuba 3 and morgana load them; the second lists what stops morgana, by how many of the scenes
-that Mitsuba loads it stops. With --render, scenes that both load are rendered by both, several times with other seeds. A third table
-has, for each, the share by which the means differ, that in standard errors (z), the root mean square of z over blocks of the image
-(about 1.1 if all is well), and the rows of docs/mitsuba.md that the scene meets. Films are made smaller for this (--largest).
+The first table counts scenes by whether Mitsuba 3 and morgana load them. The second lists the
+reasons why morgana refuses scenes, by the number of scenes that Mitsuba loads. With --render,
+scenes that both load are rendered by both, several times with other seeds. A third table has, for
+each scene, the fraction by which the means differ, this difference in standard errors (z), the root
+mean square of z over blocks of the image (about 1.1 if all is well), and the rows of
+docs/mitsuba.md that apply. Films are made smaller for this (--largest).
 
-Files without a <scene>, and scenes without a <sensor> of their own or of files that they include, are left out: they are parts of
-others.
+Files without a <scene>, and scenes without a <sensor> of their own or of included files, are left
+out: they are parts of other scenes.
 
 Usage: scripts/mitsuba_scenes.py FOLDER [--exe PATH] [--render] [-D NAME=VALUE ...]
 (with any Python that has mitsuba and numpy)
@@ -28,7 +30,7 @@ import numpy as np
 from random_mitsuba_scenes import ROOT, compared
 
 VARIANT = "scalar_rgb"
-# A place or a name in a message, which differs between scenes with the same trouble.
+# A position or name in a message, which differs between scenes with one cause.
 PLACE = re.compile(r"^error: (\S*[/.]\S*: )?")
 TOPIC = re.compile(r"not as in Mitsuba 3 \(([^)]*)\)")
 # Seconds for one scene in one program.
@@ -57,7 +59,7 @@ def main() -> None:
 
 
 def is_scene(path: pathlib.Path, included: tuple[pathlib.Path, ...] = ()) -> bool:
-    """Whether a file has a <scene> with a <sensor>, of its own or of a file that it includes."""
+    """Returns true if a file has a <scene> with a <sensor>, of its own or of an included file."""
     try:
         root = ElementTree.parse(path).getroot()
     except (ElementTree.ParseError, OSError):
@@ -71,7 +73,7 @@ def is_scene(path: pathlib.Path, included: tuple[pathlib.Path, ...] = ()) -> boo
 
 
 class Scene:
-    """A scene file: whether each program loads it, and what they say of it."""
+    """A scene file, with the result of loading it in each program, and their messages."""
 
     def __init__(self, path: pathlib.Path, args: argparse.Namespace) -> None:
         self.path, self.args = path, args
@@ -95,7 +97,7 @@ class Scene:
 
 
 def load(scene: Scene):
-    """Mitsuba's scene."""
+    """Loads Mitsuba's scene."""
     import mitsuba
 
     mitsuba.set_variant(VARIANT)
@@ -104,7 +106,8 @@ def load(scene: Scene):
 
 
 def in_child(act) -> bool:
-    """Whether something ends well in a process of its own: some scenes bring Mitsuba down, some never end."""
+    """Returns true if a function succeeds in a process of its own: some scenes crash Mitsuba, and
+    some never end."""
     child = os.fork()
     if child == 0:
         os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
@@ -140,7 +143,7 @@ def print_agreement(scenes: list[Scene]) -> None:
 
 
 def agreement(scene: Scene) -> str:
-    """The middle of a row."""
+    """Returns the middle of a row."""
     with tempfile.TemporaryDirectory() as folder:
         theirs, ours = pathlib.Path(folder) / "theirs.npy", pathlib.Path(folder) / "ours.npy"
         scene.path = shrunk(scene, pathlib.Path(folder))
@@ -158,7 +161,8 @@ def agreement(scene: Scene) -> str:
 
 
 def shrunk(scene: Scene, folder: pathlib.Path) -> pathlib.Path:
-    """A copy of a scene with films of at most so many pixels along a side, that finds its files."""
+    """Returns a copy of a scene, which finds its files, with films of a largest number of pixels
+    along a side."""
     root = ElementTree.parse(scene.path).getroot()
     folders = [scene.path.resolve().parent]
     include(root, folders)
@@ -183,7 +187,8 @@ def shrunk(scene: Scene, folder: pathlib.Path) -> pathlib.Path:
 
 
 def include(root: ElementTree.Element, folders: list[pathlib.Path]) -> None:
-    """Puts the contents of included files in the place of their names; adds the folders of paths to `folders`."""
+    """Replaces the names of included files by their contents; adds the folders of paths to
+    `folders`."""
     for element in list(root):
         if element.tag == "path":
             folders.append((folders[0] / element.get("value", "")).resolve())
@@ -199,7 +204,7 @@ def include(root: ElementTree.Element, folders: list[pathlib.Path]) -> None:
 
 
 def render_theirs(scene: Scene) -> np.ndarray:
-    """Pictures by Mitsuba, one for each seed."""
+    """Renders images by Mitsuba, one for each seed."""
     import mitsuba
 
     loaded = load(scene)

@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""Measures the present numbers of docs/performance.md and docs/development/cost.md, and prints their tables.
+"""Measures the numbers of docs/performance.md and docs/development/cost.md for this build, and prints their tables.
 
-Everything takes about half an hour on two quiet cores. Tables of what was tried on the way (docs/development/speed.md) compare builds
-of different states: see scripts/variance.py and the command beside each. Needs NumPy and Matplotlib; `mitsuba` also what
-scripts/compare_mitsuba.py needs.
+Everything takes about half an hour on two quiet cores. Tables of experiments
+(docs/development/speed.md) compare builds of different states: see scripts/variance.py and the
+command beside each. Needs NumPy and Matplotlib; `mitsuba` also needs the requirements of
+scripts/compare_mitsuba.py.
 
 Usage: scripts/performance.py [connections|straight|mitsuba|whole|growth|sampling|adaptive ...]
 """
@@ -26,7 +27,7 @@ SCRIPTS = ROOT / "scripts"
 REFERENCES = ROOT / "crates/io/tests/data"
 FOG = ROOT / "scenes/luneburg_fog.xml"
 MITSUBA = ("p1b_fog_cube_outside", "p3_cornell", "p4_rough_glass", "p5_het_smoke", "p1_fog_cube", "p2_milk_ball")
-# With options that make them small.
+# Options that make scenes small.
 SMALL = ("-D", "width=48", "-D", "height=36")
 EXAMPLES = ("luneburg_fog", "acoustic_waveguide", "grid_lens", "bos_jet")
 SAMPLED = {
@@ -81,7 +82,7 @@ def mitsuba():
 
 
 def threads():
-    """How much faster two threads are than one, in pairs of runs."""
+    """Measures the speed-up by a second thread, in pairs of runs."""
     size = ("-D", "width=168", "-D", "height=100", "--spp", 24)
     ratios = []
     for _ in range(5):
@@ -91,14 +92,15 @@ def threads():
 
 
 def tracing():
-    """The share of the time of a render that grows with its samples."""
+    """Returns the fraction of a render's time that grows with its samples."""
     glass = REFERENCES / "p4_rough_glass.xml"
     few, many = (statistics.median(Run(glass, "--threads", 1, "--spp", n).seconds for _ in range(3)) for n in (1, 32))
     return f"{100 * (1 - few / many) * 32 / 31:.1f} %"
 
 
 def grid_scene(folder, samples, precision):
-    """A scene in a folder, with a cubic grid of so many samples along an edge; and the memory of the samples in bytes."""
+    """Writes a scene to a folder, with a cubic grid of a number of samples along an edge. Returns
+    also the memory of the samples in bytes."""
     values = {**cost_growth.BASE, "grid": samples, "width": 16}
     cost_growth.write_grid(folder, values["grid"], values["delta"], precision)
     scene = folder / "scene.xml"
@@ -107,14 +109,15 @@ def grid_scene(folder, samples, precision):
 
 
 def start_up():
-    """Processor time of a render of 256 paths through a grid of 128³ samples."""
+    """Measures the processor time of a render of 256 paths through a grid of 128³ samples."""
     with tempfile.TemporaryDirectory() as folder:
         scene, _ = grid_scene(pathlib.Path(folder), 128, "f8")
         return f"{statistics.median(Run(scene, '--spp', 1).seconds for _ in range(3)):.2f} s"
 
 
 def start_up_large():
-    """What 512³ samples in single precision take before the first sample: time of one processor and peak memory."""
+    """Measures the cost of 512³ samples in single precision before the first sample: time of one
+    processor and peak memory."""
     with tempfile.TemporaryDirectory() as folder:
         scene, size = grid_scene(pathlib.Path(folder), 512, "f4")
         runs = [Process("check", scene) for _ in range(3)]
@@ -122,7 +125,7 @@ def start_up_large():
 
 
 def memory():
-    """Peak memory over that of the film, of a large film."""
+    """Measures the peak memory of a large film over the film's own memory."""
     size = ("-D", "width=1400", "-D", "height=1400")
     info = subprocess.run([Process.program, "info", "--json", FOG, *size], check=True, capture_output=True, text=True)
     film = json.loads(info.stdout)["film"]["bytes"]
@@ -148,7 +151,8 @@ def growth():
 
 
 def beside(scene, options, kinds, fixed, seeds):
-    """For each kind, options that say how to sample: images of a scene with several seeds, and the median processor time."""
+    """Returns, for options of each kind of sampling, images of a scene with several seeds, and the
+    median processor time."""
     runs = [[Run(scene, *options, *kind, "--threads", 1, *fixed, "--seed", seed) for kind in kinds] for seed in range(1, seeds + 1)]
     by_kind = list(zip(*runs))
     images = [np.array([run.image for run in several], dtype=float) for several in by_kind]
@@ -156,7 +160,7 @@ def beside(scene, options, kinds, fixed, seeds):
 
 
 def sampling():
-    """What even samples gain over independent ones."""
+    """Measures the gain of even samples over independent ones."""
     print("| scene | variance | most pixels | time |\n|---|---|---|---|")
     for scene, options in SAMPLED.items():
         kinds = (("--sampler", "independent"), ("--sampler", "ldsampler"))
@@ -168,7 +172,7 @@ def sampling():
 
 
 def adaptive():
-    """What is gained by sharing samples out among pixels."""
+    """Measures the gain of adaptive sampling."""
     print("| scene | variance | time | efficiency | relative |\n|---|---|---|---|---|")
     for scene, options in SAMPLED.items():
         kinds = ((), ("--adaptive",))

@@ -32,7 +32,7 @@ NO_LINE = "(no line)"
 class Planted(NamedTuple):
     name: str
     file: pathlib.Path
-    """Numbers of the first line that is replaced, from 0, and of the line after the last one."""
+    """Numbers of the first replaced line, from 0, and of the line after the last one."""
     first: int
     end: int
     replacement: list[str]
@@ -46,7 +46,7 @@ class Planted(NamedTuple):
 
 
 def planted_in(file: pathlib.Path) -> list[Planted]:
-    """The errors that a source file lists; ends the program at one that is not well formed."""
+    """Returns the errors that a source file lists; ends the program at a malformed one."""
     lines = [line.strip() for line in file.read_text().split("\n")]
     found = []
     for i, line in enumerate(lines):
@@ -60,7 +60,7 @@ def planted_in(file: pathlib.Path) -> list[Planted]:
         while lines[end].startswith("//") and not lines[end].startswith(MARK):
             end += 1
         replacement = [line.removeprefix("//").strip() for line in lines[i + 1 : end]]
-        # Other errors in place of the same line follow.
+        # Skip other errors in place of this line.
         while lines[end].startswith("//"):
             end += 1
         replaced = lines[end : end + int(count or 1)]
@@ -97,14 +97,14 @@ def outcome(tree: pathlib.Path, error: Planted) -> str:
 
 
 def testless(errors: list[Planted]) -> list[str]:
-    """Errors whose test is not where its name says, so that nothing would run."""
+    """Returns errors whose test is not where its name says, so that nothing would run."""
     messages = []
     for error in errors:
         target = error.target
         crate = ROOT / "crates" / error.package.removeprefix("morgana-")
         *modules, function = error.test.split("::")
         if target == "lib":
-            # Modules of tests are inline, or in files of other names.
+            # Modules of tests are inline, or in files with other names.
             place, files, is_module = crate / "src", list((crate / "src").rglob("*.rs")), False
         elif (crate / "tests" / target / "main.rs").exists():
             place = crate / "tests" / target

@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """Compares the cost of a render from Python with that of the program, as whole processes.
 
-Builds the release binary and a release wheel, installs the wheel into target/overhead-venv, and renders the same scene with the
-same seed both ways on one thread. First it counts instructions by Valgrind's callgrind, at two numbers of samples of a small
-picture: what a sample costs, and what does not depend on samples. Then it measures processor time, both ways in turn, and prints
-the ratios pair by pair, and their median: on a busy machine these say less.
+Builds the release binary and a release wheel, installs the wheel into target/overhead-venv, and
+renders one scene with one seed both ways on one thread. First it counts instructions by Valgrind's
+callgrind, at two numbers of samples of a small image, which separates the cost per sample from the
+rest. Then it measures processor time, both ways in turn, and prints the ratios pair by pair, and
+their median: on a busy machine these are less reliable.
 
 Usage: scripts/python_overhead.py [--pairs N] [--spp N]        about a minute for each timed render by default
 """
@@ -51,7 +52,7 @@ def from_program(program, spp, path, size=()):
 
 
 def seconds(command):
-    """Processor time of a process."""
+    """Returns the processor time of a process."""
     pid = os.posix_spawn(command[0], command, os.environ)
     _, status, usage = os.wait4(pid, 0)
     if status != 0:
@@ -60,7 +61,7 @@ def seconds(command):
 
 
 def instructions(command):
-    """Instructions of a process."""
+    """Returns the instructions of a process."""
     callgrind = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", *command]
     output = subprocess.run(callgrind, check=True, capture_output=True, text=True, errors="replace").stderr
     return int(re.search(r"Collected : (\d+)", output)[1])

@@ -1,12 +1,14 @@
 #!/usr/bin/env python3
-"""Renders random scenes by Mitsuba 3 and by morgana, and compares the pictures.
+"""Renders random scenes by Mitsuba 3 and by morgana, and compares the images.
 
-A scene has one object, a floor, one emitter and one camera, drawn over the plugins that both know. Both programs read the same file,
-several times with other seeds. The table says by how many standard errors the means of the images differ, and the root mean square of
-that over blocks of the images (about 1.1 if all is well); what docs/mitsuba.md allows, --tolerance, is taken off first.
+A scene has one object, a floor, one emitter and one camera, drawn from the plugins that both know.
+Both programs read one file, several times with other seeds. The table lists the difference of the
+images' means in standard errors, and its root mean square over blocks of the images (about 1.1 if
+all is well). The differences that docs/mitsuba.md allows, --tolerance, are subtracted first.
 
-Marked and not counted are `caustic`, light of point-like emitters that passes smooth glass, which morgana finds and Mitsuba's path tracer
-does not, and scenes that meet rows of docs/mitsuba.md that are more than round-off (`known`).
+Marked and not counted are `caustic`, light of point-like emitters that passes smooth glass, which
+morgana finds and Mitsuba's path tracer does not, and scenes to which rows of docs/mitsuba.md apply
+that are more than round-off (`known`).
 
 Usage: scripts/random_mitsuba_scenes.py [--count N] [--seed N] [--exe PATH] [--out FOLDER]
 (with any Python that has mitsuba and numpy)
@@ -27,12 +29,13 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 LIMIT = 4.0
 # Blocks along a side of the image.
 BLOCKS = 4
-# Root mean square over blocks from which on pictures differ: that of 16 standard normals is above it once in 1e6.
+# Root mean square over blocks from which images count as different: 16 standard normals exceed it
+# once in 1e6.
 ROUGH = 1.9
-# Differences of so much of the mean over the picture are no more than a standard error.
+# Differences up to this fraction of the image's mean count as at most a standard error.
 DARK = 1e-3
 PARTIAL = {"mask", "thindielectric", "polarizer", "circular", "retarder", "null"}
-# Of which Mitsuba's mixtures with others are wrong.
+# Mitsuba's mixtures of these with others are wrong.
 MIRRORS = {"conductor", "plastic"}
 DELTA_EMITTERS = ("point", "spot", "projector", "directional")
 
@@ -55,7 +58,7 @@ class Plugin:
         return element
 
     def names(self) -> list[str]:
-        """Its type and those in it."""
+        """Returns its type and the types within it."""
         nested = (value for value in self.parameters.values() if isinstance(value, Plugin))
         return [self.type, *(name for one in nested for name in one.names())]
 
@@ -105,7 +108,7 @@ class Generator:
         self.r, self.folder = random.Random(seed), folder
 
     def scene(self, size: int) -> tuple[Plugin | ElementTree.Element, dict[str, str]]:
-        """A scene, and what it is made of."""
+        """Returns a scene, and its ingredients."""
         cloud = self.r.random() < 0.1
         bsdf = Plugin("bsdf", "null") if cloud else self.bsdf()
         shape = self.cloud(bsdf) if cloud else self.shape(bsdf)
@@ -116,7 +119,8 @@ class Generator:
             "shape", "rectangle", bsdf=floor_bsdf, to_world=Transform([("scale", {"value": "6"}), ("translate", {"z": -1.2})])
         )
         root = ElementTree.Element("scene", version="3.0.0")
-        # Mitsuba's path drops light that it finds through surfaces of which a share is clear, unless there is an environment.
+        # Mitsuba's path drops light that it finds through partly transparent surfaces, unless there
+        # is an environment.
         integrator = "volpath" if PARTIAL & set(bsdf.names()) else "path"
         for part in [Plugin("integrator", integrator), sensor, floor, *shape, light]:
             root.append(part.element())
@@ -131,7 +135,7 @@ class Generator:
         return self.r.choice([lambda: Rgb(self.r.uniform(0.1, 0.9) for _ in range(3)), lambda: self.r.uniform(0.1, 0.9), self.texture])()
 
     def reflectance(self) -> Any:
-        """A colour, or a volume, of which Mitsuba's coats cannot tell the mean."""
+        """Returns a colour, or a volume whose mean Mitsuba's coats cannot tell."""
         if self.r.random() < 0.85:
             return self.colour()
         around = [("scale", {"value": "8"}), ("translate", {"x": -4, "y": -4, "z": -4})]
@@ -149,7 +153,7 @@ class Generator:
         return Plugin("texture", "bitmap", filename=picture, raw=True, filter_type=filters, wrap_mode=wrap, to_uv=to_uv)
 
     def picture(self, width: int, height: int, low: Any, high: Any) -> str:
-        """An image with values in a range, or in one for each channel."""
+        """Writes an image with values in a range, or in one for each channel."""
         import mitsuba
 
         shares = np.array([self.r.random() for _ in range(width * height * 3)], np.float32).reshape(-1, 3)
@@ -172,7 +176,7 @@ class Generator:
             heights = Plugin("texture", "bitmap", filename=self.picture(6, 5, 0, 0.1), raw=True)
             return Plugin("bsdf", kind, _map=heights, _a=first)
         if kind == "normalmap":
-            # Within 30° of the true normal.
+            # Keep normals within 30° of the true one.
             normals = Plugin("texture", "bitmap", filename=self.picture(6, 5, (0.35, 0.35, 0.95), (0.65, 0.65, 1)), raw=True)
             return Plugin("bsdf", kind, normalmap=normals, _a=first)
         if kind == "blendbsdf":
@@ -185,7 +189,7 @@ class Generator:
         return {"alpha": self.r.uniform(0.15, 0.6), "distribution": self.r.choice(["beckmann", "ggx"])}
 
     def brushed(self) -> dict[str, Any]:
-        """Facets that are rougher in one direction, half of the time."""
+        """Makes facets anisotropic, half of the time."""
         facets = self.facets()
         if self.r.random() < 0.5:
             facets["alpha_u"] = facets.pop("alpha")
@@ -232,9 +236,10 @@ class Generator:
     # Shapes
 
     def place(self, even: bool = True) -> Transform:
-        """Somewhere around the middle; Mitsuba's round shapes take the same scale along all axes."""
+        """Returns a transform to somewhere around the middle; Mitsuba's round shapes take one scale
+        along all axes."""
         r = self.r
-        # Mitsuba takes the axis as it is, and shears if it is not of unit length.
+        # Mitsuba does not normalise the axis, and shears if it is not a unit vector.
         axis = np.array([r.gauss(0, 1) for _ in "xyz"])
         axis /= np.linalg.norm(axis)
         scale: dict[str, Any] = {"value": r.uniform(0.6, 1.0)}
@@ -244,9 +249,9 @@ class Generator:
         return Transform([("scale", scale), ("rotate", turn)])
 
     def shape(self, bsdf: Plugin) -> list[Plugin]:
-        """A shape, after what it refers to."""
+        """Returns a shape, after the objects that it refers to."""
         r = self.r
-        # A surface that light passes encloses something, or nothing is behind it.
+        # A transmitting surface encloses something, or has nothing behind it.
         closed = any(name in ("dielectric", "roughdielectric") or "spec_trans" in bsdf.parameters for name in bsdf.names())
         kinds = ["sphere", "cube", "sphere"] if closed else ["sphere", "cube", "cylinder", "disk", "rectangle", "obj", "ply", "instance", "merge", "bsplinecurve", "linearcurve"]
         kind = r.choice(kinds)
@@ -277,7 +282,7 @@ class Generator:
         if r.random() < 0.5:
             medium = Plugin("medium", "homogeneous", sigma_t=r.uniform(0.5, 4), albedo=albedo, phase=self.phase())
             return [Plugin("shape", r.choice(["sphere", "cube"]), bsdf=bsdf, interior=medium, to_world=self.place())]
-        # A grid that is parallel to the axes, as Mitsuba's boxes around grids are.
+        # Use a grid parallel to the axes, as Mitsuba's boxes around grids are.
         around = [("scale", {"value": "2"}), ("translate", {"x": -1, "y": -1, "z": -1})]
         grid = Plugin("volume", "gridvolume", filename=self.grid(), to_world=Transform(around))
         medium = Plugin("medium", "heterogeneous", sigma_t=grid, albedo=albedo, scale=r.uniform(1, 3), phase=self.phase())
@@ -293,7 +298,7 @@ class Generator:
         return Plugin("phase", "tabphase", values=", ".join(f"{self.r.uniform(0.2, 2):.6f}" for _ in range(5)))
 
     def grid(self) -> str:
-        """A volume file of some extinctions."""
+        """Writes a volume file of random extinctions."""
         import mitsuba
 
         values = np.array([self.r.uniform(0, 1) for _ in range(4 * 3 * 2)], np.float32).reshape(4, 3, 2, 1)
@@ -302,7 +307,7 @@ class Generator:
         return name
 
     def curve(self) -> str:
-        """A curve of some control points, thick ones in the middle."""
+        """Returns a curve of some control points, thick in the middle."""
         points = [[0.35 * k - 1.4, *(self.r.uniform(-0.8, 0.8) for _ in range(2)), 0.15 if 1 < k < 7 else 0.0] for k in range(9)]
         path = self.folder / "curve.txt"
         path.write_text("".join(" ".join(f"{v:.6f}" for v in point) + "\n" for point in points))
@@ -386,7 +391,7 @@ class Generator:
         film = Plugin("film", "hdrfilm", sample_border=True, pixel_format="rgb", rfilter=Plugin("rfilter", rfilter), **sides)
         if kind == "batch":
             cameras = {f"_{k}": Plugin("sensor", "perspective", to_world=Transform(parts), fov=r.uniform(25, 45)) for k in range(2)}
-            # Wider filters would reach from one camera's pixels to the other's.
+            # Wider filters would reach beyond the pixels of one camera into those of the other.
             box = Plugin("rfilter", "box")
             film = Plugin("film", "hdrfilm", width=size, height=size, pixel_format="rgb", rfilter=box)
             return Plugin("sensor", kind, film=film, **cameras)
@@ -394,7 +399,8 @@ class Generator:
 
 
 def compared(theirs: np.ndarray, ours: np.ndarray, tolerance: float) -> tuple[float, float, float]:
-    """Share by which the means differ, in standard errors, and root mean square of that over blocks."""
+    """Returns the fraction by which the means differ, this difference in standard errors, and its
+    root mean square over blocks."""
     share = ours.mean() / theirs.mean() - 1
     blocks = [means_of_blocks(image) for image in (theirs, ours)]
     whole = [image.mean(axis=(1, 2, 3)) for image in (theirs, ours)]
@@ -402,24 +408,25 @@ def compared(theirs: np.ndarray, ours: np.ndarray, tolerance: float) -> tuple[fl
 
 
 def means_of_blocks(images: np.ndarray) -> np.ndarray:
-    """Means over BLOCKS × BLOCKS parts of each picture; rows and columns left over do not count."""
+    """Returns means over BLOCKS × BLOCKS parts of each image; remaining rows and columns do not
+    count."""
     height, width = (size // BLOCKS for size in images.shape[1:3])
     whole = images[:, : height * BLOCKS, : width * BLOCKS]
     return whole.reshape(len(images), BLOCKS, height, BLOCKS, width, 3).mean(axis=(2, 4, 5))
 
 
 def deviations(theirs: np.ndarray, ours: np.ndarray, tolerance: float) -> np.ndarray:
-    """Differences of means over runs, in standard errors, beyond a share of the mean."""
+    """Returns differences of means over runs, in standard errors, beyond a fraction of the mean."""
     difference = ours.mean(axis=0) - theirs.mean(axis=0)
     variances = [image.var(axis=0, ddof=1) / len(image) for image in (theirs, ours)]
-    # Blocks that are all but dark count for little.
+    # Nearly dark blocks have little weight.
     error = np.sqrt(variances[0] + variances[1]) + DARK * np.abs(theirs.mean())
     excess = np.maximum(np.abs(difference) - tolerance * np.abs(theirs.mean(axis=0)), 0)
     return np.sign(difference) * excess / error
 
 
 def render(path: pathlib.Path, args: argparse.Namespace) -> tuple[np.ndarray, np.ndarray]:
-    """Pictures of several seeds, by Mitsuba and by morgana."""
+    """Renders images of several seeds, by Mitsuba and by morgana."""
     import mitsuba
 
     scene = mitsuba.load_file(str(path))
@@ -435,7 +442,7 @@ def render(path: pathlib.Path, args: argparse.Namespace) -> tuple[np.ndarray, np
 
 
 def known(parts: dict[str, str]) -> str | None:
-    """Why the pictures of a scene may differ, if they may."""
+    """Returns the reason why the images of a scene may differ, if there is one."""
     names = parts["bsdf"].split("/")
     if parts["emitter"] in DELTA_EMITTERS and "dielectric" in names:
         return "caustic"

@@ -1,19 +1,21 @@
 #!/usr/bin/env python3
 """Renders random scenes by several techniques, which must agree.
 
-scene_generator.py makes the scenes. Those with a camera are rendered by path, bdpt and particle; the means of the images are compared,
-and those of the layers of optical path length where the film has them. Those with fluence meters are measured by track lengths and by
-collisions; what is absorbed in each cell is compared (fluence is not: collisions do not see it in clear matter).
+scene_generator.py makes the scenes. Scenes with a camera are rendered by path, bdpt and particle;
+the means of the images are compared, and the means of layers of optical path length if the film has
+them. Scenes with fluence meters are measured by track lengths and by collisions; the absorbed power
+in each cell is compared (fluence is not: collisions do not see it in clear matter).
 
-Where two differ by more than four standard errors, eight times as many samples are taken with another seed, up to twice; if they still
-differ, the scene is written to a file and reported.
+If two results differ by more than four standard errors, eight times as many samples are taken with
+another seed, up to twice. If they still differ, the scene is written to a file and reported.
 
-What is not compared: estimators that warn of light they do not find, which leaves only one in two fifths of the scenes; means whose errors
-cannot be trusted (`few`); means of less than a hundredth of the whole or below a millionth, which rest on too few paths to be normal.
+Not compared: estimators that warn of light they do not find, which leaves only one in two fifths of
+the scenes; means whose errors cannot be trusted (`few`); means of less than a hundredth of the
+whole or below a millionth, which come from too few paths to be normal.
 
-Normal deviates differ so far three times in a row in less than one of a million comparisons; but means of few samples are not
-normal where light is rare and bright, as that of a distant particle through a rough pane: look at what is reported with more samples
-before calling it wrong.
+Normal deviates differ so much three times in a row in less than one of a million comparisons. But
+means of few samples are not normal if light is rare and bright, such as a distant particle through
+a rough pane. Repeat reported scenes with more samples before calling them wrong.
 
 Usage: scripts/random_scenes.py [--first N] [--count N] [--out FOLDER]   (with the Python package morgana installed)
 """
@@ -35,18 +37,20 @@ import scene_generator
 ESTIMATORS = {"path": 160, "bdpt": 80, "particle": 160}
 MEASURES = {"track_length": 10000, "collision": 10000}
 LEVELS, FACTOR, LIMIT = 3, 8, 4.0
-# Shares of the whole below which means are not compared.
+# Fraction of the whole below which means are not compared.
 SMALL = 0.01
-# Light of which some technique may find no path at all: by way of the tail of a Gaussian lobe, say. Emitters are of the order of one.
+# Light so faint that a technique may find no path to it, for example by the tail of a Gaussian
+# lobe. Emitters are of the order of one.
 DARK = 1e-6
 # Messages about light that an estimator does not find.
 GAPS = ("missing", "mirror", "reflections", "do not find")
-# Share of scenes of which two techniques find all light, at least: about 0.6. Fewer are refused scenes, or a generator that has lost its way.
+# Smallest fraction of scenes of which two techniques find all light; about 0.6 is usual. A smaller
+# one means refused scenes, or a broken generator.
 LEAST_COMPARED = 1 / 3
 
 
 class Technique:
-    """A way to find the same numbers."""
+    """A technique that computes the numbers."""
 
     def __init__(self, made: dict, name: str) -> None:
         self.name, self.meter = name, "meter" in made
@@ -56,29 +60,29 @@ class Technique:
         self.complete = self.meter or not any(gap in str(w) for w in self.scene.warnings for gap in GAPS)
 
     def means(self, level: int) -> dict:
-        """Means and standard errors, by name; those of the whole first."""
+        """Returns means and standard errors, by name; those of the whole come first."""
         effort = FACTOR**level
         if self.meter:
-            # Techniques take other particles, so that their errors are independent.
+            # Techniques take different particles, so that their errors are independent.
             seed = 2 * level + (self.name == "collision")
             result = morgana.render(self.scene, particles=MEASURES[self.name] * effort, seed=seed)
             reading = result.meters["absorbed"]
             cells = zip(reading.mean.ravel(), np.where(reading.few, math.inf, reading.error).ravel())
             return {f"absorbed {i}": pair for i, pair in enumerate(cells)}
         result = morgana.render(self.scene, spp=ESTIMATORS[self.name] * effort, seed=level)
-        # mean_few also doubts pictures without light: here an estimator that finds none must not pass.
+        # mean_few also flags images without light; here an estimator that finds none must not pass.
         found = {"image": (result.mean, known(result.mean_error, result.stats["trust"]["few"]))}
         layers = (result.stats["decomposition"] or {}).get("layers", [])
         return found | {one["name"]: (one["mean"], known(one["standard_error"] or math.inf, one["few"])) for one in layers}
 
 
 def known(error: float, few: bool) -> float:
-    """An error, infinite if it is not to be trusted."""
+    """Returns an error, infinite if it cannot be trusted."""
     return math.inf if few else error
 
 
 def differences(techniques: list, level: int) -> list:
-    """Pairs of means that differ by too much, with their deviation in standard errors."""
+    """Returns pairs of means that differ too much, with their deviation in standard errors."""
     means = {technique.name: technique.means(level) for technique in techniques}
     found = []
     for (a, these), (b, those) in itertools.combinations(means.items(), 2):
@@ -93,7 +97,7 @@ def differences(techniques: list, level: int) -> list:
 
 
 def compare(made: dict) -> tuple:
-    """What came of a scene, in words, and the differences that remain."""
+    """Returns the result of a scene in words, and the remaining differences."""
     try:
         techniques = [Technique(made, name) for name in (MEASURES if "meter" in made else ESTIMATORS)]
     except morgana.SceneError as error:
@@ -109,14 +113,14 @@ def compare(made: dict) -> tuple:
 
 
 def plain(value: object) -> object:
-    """Arrays as lists, for JSON."""
+    """Converts arrays to lists, for JSON."""
     if isinstance(value, np.ndarray):
         return value.tolist()
     raise TypeError(f"cannot write {type(value).__name__}")
 
 
 def report(made: dict, number: int, out: pathlib.Path) -> pathlib.Path:
-    """Write a scene to a file, with its environment map beside it."""
+    """Writes a scene to a file, with its environment map beside it."""
     sky = made.get("light_sky", {})
     if "filename" in sky:
         source = pathlib.Path(sky["filename"])

@@ -1,4 +1,6 @@
-"""Reconstructs a jet from exit directions and positions of rays, with the rays as they are and as if they were straight: errors and CPU seconds.
+"""Reconstructs a jet from exit directions and positions of rays, bent or straight: errors and CPU seconds.
+
+The reconstruction traces rays as they are, or as if they were straight.
 
 target/python-venv/bin/python scripts/reconstruct_jet.py --views 16 --pixels 64 --samples 64 --noise 0.01
 target/python-venv/bin/python scripts/reconstruct_jet.py --views 64 --pixels 256 --samples 128 --noise 0.01
@@ -13,11 +15,12 @@ from morgana import grad, reconstruct
 BOX = ((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0))
 AMBIENT = 1.0
 CALIBRATION = 1e-4
-"""Contrasts are multiplied by this, and deflections divided, for rays that are straight to first order."""
+"""Factor of contrasts, and divisor of deflections, for which rays are straight to first order."""
 
 
 def jet(samples, contrast, smooth):
-    """n, [z, y, x], of a jet that spreads and meanders, with eddies that jump on its axis unless they are smooth. It fades towards the faces of the box."""
+    """Returns n, [z, y, x], of a jet that spreads and meanders. Its eddies jump on its axis unless
+    they are smooth. It fades towards the faces of the box."""
     z, y, x = np.meshgrid(*3 * [np.linspace(-1, 1, samples)], indexing="ij")
     width = 0.16 + 0.1 * (z + 1)
     x, y = x - 0.12 * np.sin(4 * z + 0.5), y - 0.1 * np.cos(5 * z)
@@ -29,7 +32,7 @@ def jet(samples, contrast, smooth):
 
 
 def _views(count, pixels):
-    """Parallel rays around the axis of the jet, half a turn."""
+    """Returns parallel rays around the axis of the jet, over half a turn."""
     across = np.linspace(-0.95, 0.95, pixels)
     u, w = (a.ravel() for a in np.meshgrid(across, across))
     angles = np.pi * np.arange(count) / count
@@ -40,7 +43,8 @@ def _views(count, pixels):
 
 
 def figure(path, true, found, deflection):
-    """What the first camera sees, and cuts through the jet and what was found of it. `deflection` [row, column] is sideways, in radians."""
+    """Draws the measurement of the first camera, and cuts through the jet and the result.
+    `deflection` [row, column] is sideways, in radians."""
     import matplotlib.pyplot as plt
 
     middle = len(true) // 2
@@ -58,18 +62,19 @@ def figure(path, true, found, deflection):
 
 
 def cpu():
-    """Seconds of all threads so far."""
+    """Returns the seconds of all threads so far."""
     used = resource.getrusage(resource.RUSAGE_SELF)
     return used.ru_utime + used.ru_stime
 
 
 class Problem:
-    """A jet and what cameras measure of it. Noise is in units of the root mean square of what is measured."""
+    """A jet and its measurement by cameras. Noise is in units of the root mean square of the
+    measured values."""
 
     def __init__(self, views=16, pixels=64, samples=64, contrast=0.03, noise=0.01, tolerance=1e-3, smooth=False):
         origins, directions = _views(views, pixels)
         self.true = jet(samples, contrast, smooth)
-        # The data are of a finer grid, and of a tighter tolerance.
+        # The data come from a finer grid and a tighter tolerance.
         self.ends = grad.Rays(origins, directions, box=BOX, ambient=AMBIENT, tolerance=1e-6).forward(jet(samples * 3 // 2, contrast, smooth))
         self.rays = grad.Rays(origins, directions, box=BOX, ambient=AMBIENT, tolerance=tolerance)
         self.undisturbed = self.rays.forward(np.full((4, 4, 4), AMBIENT))
@@ -83,7 +88,8 @@ class Problem:
             self.measured[name] = moved + noise / max(noise, 1e-3) * self.noise[name] * across
 
     def fit(self, iterations=10, straight=False, progress=None):
-        """What was found, the index, and its relative error of n² − n_r². Straight rays are those of contrasts that are far smaller."""
+        """Returns the reconstructed index, and its relative error of n² − n_r². Straight rays are
+        rays of far smaller contrasts."""
         scale = CALIBRATION if straight else 1.0
         walls = np.zeros(self.true.shape, bool)
         walls[:, [0, -1]] = walls[:, :, [0, -1]] = True

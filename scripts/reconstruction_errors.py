@@ -1,4 +1,4 @@
-"""Draws how errors of reconstructions depend on iterations, views, contrast and noise: the figure of the guide *Inverse problems*.
+"""Draws errors of reconstructions over iterations, views, contrast and noise, for the guide *Inverse problems*.
 
 target/python-venv/bin/python scripts/reconstruction_errors.py docs/images/guides/reconstruction_errors.svg
 """

@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""Compares two builds, by default the release build with the development build: the same seed must give the same bits.
+"""Compares two builds, by default the release build with the development build: equal seeds must give equal bits.
 
-Tests run in the development profile, with checks of overflow; what users run is compiled otherwise, and compilers err: an
-iterator that development builds inlined rightly once put all light of `bdpt` and `particle` one row too low in release builds.
-Builds both and renders the example scenes, small, by every integrator. A change that is to leave all images as they are is
+Tests run in the development profile, with checks of overflow. Users run release builds, and
+compilers make errors: an iterator that development builds inlined correctly once put all light of
+`bdpt` and `particle` one row too low in release builds. The script makes both builds and renders
+the example scenes, small, by every integrator. A change that must leave all images as they are is
 compared with the commit before it.
 
 Usage: scripts/same_bits.py [--against COMMIT]
@@ -19,13 +20,14 @@ import tempfile
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 TARGET = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resolve()
 INTEGRATORS = ("path", "particle", "bdpt", "vcm", "photon", "sppm")
-# What is rendered of a scene, and as what kind of file.
+# Options of the render of a scene, and the type of its file.
 PICTURE = (("-D", "width=24", "-D", "height=18", "--spp", "2"), "npy")
 METERS = (("-D", "particles=2000"), "npz")
 
 
 def variants(folder):
-    """Example scenes, cameras' by each integrator, as files beside links to their data, with what is rendered of them."""
+    """Returns example scenes as files beside links to their data, with the options and file type of
+    each; scenes with cameras by each integrator."""
     for file in (ROOT / "scenes").iterdir():
         (folder / file.name).symlink_to(file)
     for scene in sorted((ROOT / "scenes").glob("*.xml")):
@@ -42,7 +44,7 @@ def variants(folder):
 
 
 def render(program, scene, options, output):
-    """The bytes that a scene gives; `None`, after a message, if the program fails."""
+    """Returns the bytes of a rendered scene; `None`, after a message, if the program fails."""
     command = [program, "render", scene, *options, "--seed", "3", "--quiet", "-o", output]
     if subprocess.run(command).returncode == 0:
         return output.read_bytes()
@@ -51,14 +53,14 @@ def render(program, scene, options, output):
 
 
 def build(root, target, profile):
-    """The program, built from the sources in `root`."""
+    """Builds the program from the sources in `root`."""
     command = ["cargo", "build", "--quiet", "--bin", "morgana", "--target-dir", target]
     subprocess.run(command + ["--release"] * (profile == "release"), cwd=root, check=True)
     return target / profile / "morgana"
 
 
 def build_commit(commit):
-    """The release build of a commit."""
+    """Makes the release build of a commit."""
     checkout = TARGET / "same_bits" / "checkout"
     git = ["git", "-C", ROOT, "worktree"]
     subprocess.run(git + ["add", "--force", "--detach", checkout, commit], check=True)

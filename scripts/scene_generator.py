@@ -1,9 +1,10 @@
 """Random scenes for random_scenes.py, as dictionaries for morgana.load_dict.
 
-A scene has up to four lights, up to six shapes of random surfaces (some textured, some instances of a group), some of which hold
-scattering media whose extinction and index may vary, in closed form or on a grid of single precision, and may have haze around it all.
-Transforms may be matrices rounded to a few digits, as exporters write them. A scene is seen by a camera, whose film may separate light by
-optical path length, or measured by fluence meters, which may have gates of it.
+A scene has up to four lights and up to six shapes of random surfaces (some textured, some instances
+of a group). Some shapes contain scattering media whose extinction and index may vary, in closed
+form or on a grid of single precision. Haze may surround everything. Transforms may be matrices
+rounded to a few digits, as exporters write them. A camera sees the scene, whose film may separate
+light by optical path length, or fluence meters measure it, which may have gates of the length.
 """
 
 import math
@@ -15,12 +16,12 @@ import numpy as np
 
 Scene = dict
 DIGITS = (4, 6, 8)
-# Half the side of the cube that grids fill: beyond all shapes, and beyond the haze.
+# Half the side of the cube that grids fill, beyond all shapes and the haze.
 REACH = 4.5
 
 
 def make(number: int, folder: pathlib.Path) -> Scene:
-    """The scene of this number. Environment maps are written into the folder."""
+    """Returns the scene of this number. Environment maps are written into the folder."""
     r = random.Random(number)
     made: Scene = {"type": "scene"}
     measured = r.random() < 0.2
@@ -62,12 +63,13 @@ def _camera(r: random.Random) -> tuple:
     parallel = camera["type"] in ("orthographic", "telecentric")
     if parallel:
         camera["to_world"].insert(0, {"scale": 1.5})
-    # Connections of particles to parallel views find reflections too rarely for so few samples.
+    # Connections of particles to parallel views find reflections too rarely for this number of
+    # samples.
     return camera, 0 if parallel else r.choice([0, 1])
 
 
 def _meter(r: random.Random) -> Scene:
-    """Two by two by two cells in the middle of the scene."""
+    """Returns a meter of two by two by two cells in the middle of the scene."""
     meter = {"type": "fluencemeter", "nx": 2, "ny": 2, "nz": 2, "to_world": [{"translate": [-0.5, -0.5, -0.5]}, {"scale": 2}]}
     return meter | r.choice([{}, {"min_bound": 0.0, "max_bound": 12.0, "bin_width": 4.0}])
 
@@ -109,13 +111,13 @@ def _light(r: random.Random) -> Scene:
 
 
 def _aimed(r: random.Random) -> list:
-    """From somewhere above towards the middle."""
+    """Returns a transform from somewhere above towards the middle."""
     origin = [r.uniform(-1.5, 1.5), r.uniform(1, 2), r.uniform(-1, 2)]
     return [{"lookat": {"origin": origin, "target": _vector(r, -0.3, 0.3), "up": [0.1, 0.2, 1]}}]
 
 
 def _write_environment(r: random.Random, path: pathlib.Path) -> None:
-    """A dim sky with a bright window."""
+    """Writes a dim sky with a bright window."""
     import morgana
 
     image = np.full((8, 16, 3), 0.1, np.float32)
@@ -130,7 +132,7 @@ def _write_environment(r: random.Random, path: pathlib.Path) -> None:
 def _shapes(r: random.Random) -> Scene:
     made: Scene = {f"shape_{i}": _shape(r) for i in range(r.randint(1, 6))}
     if r.random() < 0.2:
-        # Copies keep apart, and inside of media: a group's shapes are small.
+        # Keep copies separate, and within media: a group's shapes are small.
         member = _shape(r) | {"to_world": [{"scale": 0.3}, _turn(r)]}
         made["group"] = {"type": "shapegroup", "member": member}
         for i in range(r.randint(1, 3)):
@@ -144,7 +146,7 @@ def _shape(r: random.Random) -> Scene:
     turn = {"rotate": {"axis": [1, 0.3, 0.1], "angle": r.uniform(0, 180)}}
     to_world = [{"scale": r.uniform(0.15, 0.6)}, turn, {"translate": _vector(r, -1, 1)}]
     made: Scene = {"type": kind, "to_world": to_world}
-    # Only what encloses a volume has an inside.
+    # Only a shape that encloses a volume has an inside.
     if kind not in ("sphere", "cube") or r.random() < 0.3:
         return made | {"bsdf": _surface(r)}
     if r.random() < 0.4:
@@ -215,7 +217,8 @@ def _grid(samples: np.ndarray) -> Scene:
 
 
 def _waves(r: random.Random, size: int, mean: float, peak: float) -> np.ndarray:
-    """Three waves of random directions, at most as long as the grid and at least six samples."""
+    """Returns three waves of random directions, at most as long as the grid and at least six
+    samples."""
     places = np.stack(np.meshgrid(*3 * [np.arange(size)], indexing="ij"), axis=-1)
     total = np.zeros(3 * [size])
     for _ in range(3):
@@ -237,7 +240,7 @@ def _vector(r: random.Random, low: float, high: float) -> list:
 
 
 def _round_transforms(r: random.Random, made: Scene) -> None:
-    """Some transforms become matrices, rounded to a few significant digits."""
+    """Converts some transforms to matrices, rounded to a few significant digits."""
     for key, value in made.items():
         if isinstance(value, dict):
             _round_transforms(r, value)
@@ -268,7 +271,7 @@ def _translate(value: list) -> np.ndarray:
 
 
 def _rotate(value: Scene) -> np.ndarray:
-    """Rodrigues' formula."""
+    """Rotates by Rodrigues' formula."""
     x, y, z = np.array(value["axis"]) / np.linalg.norm(value["axis"])
     angle = math.radians(value["angle"])
     cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])

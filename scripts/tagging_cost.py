@@ -1,10 +1,11 @@
-"""CPU time of renders of tagged light over that of the same renders without tagging, where sound bends rays and where they are straight.
+"""CPU time of renders of tagged light over that of renders without tagging, for bent and for straight rays.
 
     PYTHON scripts/tagging_cost.py --rounds 5
 
-Both take turns, on one thread; the table of docs/performance.md has medians of their ratios. A ball of tissue, where light is scattered twenty
-times within a wavelength of the sound, and one of haze, with a mean free path of more than half a wavelength; most particles from its middle
-get to the meter on its surface.
+Both take turns, on one thread; the table of docs/performance.md has medians of their ratios. One
+ball is of tissue, where light is scattered twenty times within a wavelength of the sound. The other
+is of haze, with a mean free path of more than half a wavelength; most particles from its middle
+reach the meter on its surface.
 """
 
 import argparse
@@ -24,7 +25,8 @@ TAGGED = {"tagged": True, "wavelength": 500e-6}
 
 
 class Ball(NamedTuple):
-    """What fills the ball, and how many samples of a pixel and particles tell the cost along bent rays; along straight ones four times as many."""
+    """Content of the ball, and the numbers of samples of a pixel and of particles that measure the
+    cost along bent rays; along straight rays four times as many."""
 
     sigma_t: float
     albedo: float
@@ -43,7 +45,7 @@ def modes(wavelength):
 
 
 def samples(wavelength):
-    """A plane wave, ten samples to a wavelength."""
+    """Returns a plane wave, ten samples to a wavelength."""
     count = round(20 * RADIUS / wavelength)
     x = RADIUS * ((2 * np.arange(count) + 1) / count - 1)
     wave = np.exp(2j * np.pi * x / wavelength).astype(np.complex64)

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """Compares the efficiency, 1/(variance × processor time), of two builds of the program.
 
-Renders the example scenes in small, and two scenes with many lights that it makes itself, by both builds in turn with
-several seeds, and prints a table in Markdown: variance and time of the first by those of the second, and their product,
-the gain in efficiency. The variance is that of the image's mean, which the report of a render states; all are
-medians over the seeds.
+Renders the example scenes in small, and two scenes with many lights that it makes itself, by both
+builds in turn with several seeds. Prints a table in Markdown: variance and time of the first build
+over those of the second, and their product, the gain in efficiency. The variance is the variance of
+the image's mean, which the report of a render states. All values are medians over the seeds.
 
 Usage: scripts/variance.py OLD NEW [--seeds N] [--samples N] [SCENE ...]
 """
@@ -21,7 +21,7 @@ import sys
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-# Options that make the example scenes small; those without scattering in them are left out.
+# Options that make the example scenes small; scenes without scattering are left out.
 EXAMPLES = {
     "acoustic_waveguide": ["-D", "width=80", "-D", "height=52"],
     "aquarium_laser": ["-D", "width=96", "-D", "height=30"],
@@ -52,7 +52,8 @@ FOG = """  <shape type="sphere"><bsdf type="null"/><medium name="interior" type=
 
 
 def hall(rng):
-    """A hall with 400 small lights at several heights, seen from above them, so that none is in direct view."""
+    """Returns a hall with 400 small lights at several heights, seen from above them, so that none
+    is in direct view."""
     turns = ['<rotate x="1" angle="-90"/><translate y="-2"/>', '<rotate x="1" angle="90"/><translate y="2"/>']
     turns += ['<translate z="-6"/>', '<rotate y="1" angle="90"/><translate x="-6"/>']
     text = HEAD.format(depth=4, fov=60, eye="0, 1.97, 5.9") + "".join(WALL.format(turn=t) for t in turns)
@@ -61,7 +62,7 @@ def hall(rng):
 
 
 def lanterns(rng):
-    """A ball of fog that bends light, amid 60 point lights."""
+    """Returns a ball of fog that bends light, among 60 point lights."""
     text = HEAD.format(depth=4, fov=35, eye="0, 0, 4") + FOG
     for _ in range(60):
         x = [rng.gauss(0, 1) for _ in range(3)]
@@ -71,7 +72,7 @@ def lanterns(rng):
 
 
 def render(program, scene, options):
-    """Mean, variance of the image's mean, and processor time."""
+    """Returns the mean, the variance of the image's mean, and the processor time."""
     with tempfile.TemporaryDirectory() as folder:
         stats = pathlib.Path(folder, "stats.json")
         command = [program, "render", scene, "--quiet", "--threads", "1", "--stats", stats, "-o", folder + "/image.npy"]

@@ -1,17 +1,18 @@
 #!/usr/bin/env python3
-"""What it costs a render to be watched (docs/guides/viewer.md#what-watching-costs).
+"""Measures the cost of watching a render (docs/guides/viewer.md#what-watching-costs).
 
-A client takes what a page in view takes: how far the render is, twice a second, and of each new picture the colours, and their
-variances and the numbers of samples under the cursor. Two measurements:
+A client requests the data that a visible page requests: the progress of the render twice a second,
+and for each new image the colours, their variances and the numbers of samples under the cursor. Two
+measurements:
 
-* instructions (--instructions), by callgrind: those that make pictures, as a share of the render's, and those of the server
-  for each request. Callgrind is some fifty times slower than the processor, so that a page asks far more often for each
-  instruction than it does without it: the share of pictures is bounded from above, as the limit allows, and that of the
-  server is computed for as many requests as a page makes in a second of a render without callgrind;
-* processor time: pairs of renders of the same samples, watched and not, one right after the other and in turns the first; the
-  median of the ratios of their processor times with its confidence interval (by order statistics, at least 95 %), and the
-  processor time of the server's threads for each request. Renders must be long, and the machine have nothing else to do:
-  a page asks by the clock.
+* instructions (--instructions), by callgrind: the instructions that make images, as a fraction of the render's,
+  and the server's for each request. Callgrind is about fifty times slower than the processor, so that a page
+  makes far more requests per instruction than without it. The limit on images bounds their fraction from above;
+  the server's fraction is computed for the number of requests of a page in a second of a render without callgrind;
+* processor time: pairs of renders of equal samples, watched and not, one right after the other, each first in turn.
+  The median of the ratios of their processor times with its confidence interval (by order statistics, at least 95 %),
+  and the processor time of the server's threads for each request. Renders must be long, and the machine otherwise
+  idle, because a page makes its requests by the clock.
 
 Usage: scripts/view_overhead.py [--program target/release/morgana] [--instructions | --pairs 20] [--spp N] [--size W H]
 """
@@ -33,9 +34,9 @@ import urllib.request
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 SCENE = ROOT / "scenes/luneburg_fog.xml"
 POLL = 0.5
-"""Seconds between two questions of a page."""
+"""Seconds between two status requests of a page."""
 INTERVAL = 1.0
-"""Seconds between two pictures, at least."""
+"""Smallest interval between two images, in seconds."""
 PLANES = [
     *(("", c) for c in "RGB"),
     *(("variance", c) for c in "RGB"),
@@ -43,7 +44,7 @@ PLANES = [
 ]
 
 MOST = 1 / POLL + len(PLANES) / INTERVAL
-"""Requests of a page in a second, at most."""
+"""Largest number of requests of a page per second."""
 
 
 def get(address, path):
@@ -52,7 +53,7 @@ def get(address, path):
 
 
 def watch(address, taken):
-    """Asks as a page does until the render has ended; counts pictures and bytes."""
+    """Makes the requests of a page until the render has ended; counts images and bytes."""
     version = 0
     while True:
         status = json.loads(get(address, "0/status"))
@@ -94,12 +95,12 @@ def command(arguments, folder, is_watched, threads):
 
 
 def processor_time(pid):
-    """Seconds of all threads of a process, also of those that have ended."""
+    """Returns the seconds of all threads of a process, including ended ones."""
     return time.clock_gettime((~pid << 3) | 2)
 
 
 def of_threads(pid):
-    """Seconds of the threads of a process that have not ended, but for the server's."""
+    """Returns the seconds of the live threads of a process, except the server's."""
     total = 0
     for task in pathlib.Path(f"/proc/{pid}/task").iterdir():
         if not (task / "comm").read_text().startswith("view"):
@@ -108,7 +109,7 @@ def of_threads(pid):
 
 
 def render(arguments, is_watched, threads=2):
-    """Processor time of a render, of its server, and what a client took."""
+    """Returns the processor times of a render and of its server, and the client's counts."""
     taken = {"pictures": 0, "requests": 0, "bytes": 0}
     with tempfile.TemporaryDirectory() as folder:
         process = subprocess.Popen(command(arguments, folder, is_watched, threads), stdout=subprocess.PIPE, text=True)
@@ -130,7 +131,7 @@ def wait(process):
 
 
 def interval(values):
-    """A confidence interval of the median at 95 % or a little more, by order statistics."""
+    """Returns a confidence interval of the median of at least 95 %, by order statistics."""
     values = sorted(values)
     n = len(values)
     tail, k = 0.0, 0
@@ -199,7 +200,8 @@ def instructions(arguments):
 
 
 def inclusive(text, name):
-    """Instructions of calls of a function from others, with everything that it calls."""
+    """Returns the instructions of calls of a function from others, including everything that it
+    calls."""
     names = dict(re.findall(r"\((\d+)\) (.*)", text))
     total, is_called = 0, False
     for line in text.splitlines():

@@ -1,9 +1,12 @@
 #!/usr/bin/env python3
-"""What the viewer's page costs (docs/guides/viewer.md#limits): memory for an image of 3840 × 2160 pixels and for a volume of
-256³ cells, and frames per second of the view in three dimensions with 10,000 segments of rays.
+"""Measures the cost of the viewer's page (docs/guides/viewer.md#limits).
 
-Memory is that of the process of the page in Chromium (resident, without what it shares) and of the program. Chromium draws in
-software (SwiftShader), far slower than a graphics card. Needs Playwright, Chromium and the Python package.
+Measures memory for an image of 3840 × 2160 pixels and for a volume of 256³ cells, and frames per
+second of the view in three dimensions with 10,000 segments of rays.
+
+Memory is the memory of the page's process in Chromium (resident, without shared pages) and of the
+program. Chromium draws in software (SwiftShader), far slower than a GPU. Needs Playwright, Chromium
+and the Python package.
 
 Usage: scripts/view_page_cost.py [--program target/release/morgana]
 """
@@ -28,13 +31,14 @@ SEGMENTS = """count => { const stage = window.viewer.page().stage;
 
 
 def resident(pid):
-    """Memory of a process that it does not share, in MB."""
+    """Returns the unshared memory of a process, in MB."""
     text = pathlib.Path(f"/proc/{pid}/smaps_rollup").read_text()
     return sum(int(n) for n in re.findall(r"^Private_\w+:\s+(\d+)", text, re.M)) / 1000
 
 
 def page_process():
-    """The process of the page: the largest renderer of Chromium that this one has started."""
+    """Returns the process of the page: the largest renderer of Chromium that this process has
+    started."""
     found = []
     for folder in pathlib.Path("/proc").iterdir():
         try:

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""Makes the pictures of docs/guides/viewer.md: pages of the viewer as Chromium shows them (docs/images/viewer).
+"""Makes the images of docs/guides/viewer.md: pages of the viewer in Chromium (docs/images/viewer).
 
-Needs Playwright and Chromium, as python/tests/test_viewer.py does. Look at each picture before it is kept.
+Needs Playwright and Chromium, like python/tests/test_viewer.py. Look at each image before keeping
+it.
 
 Usage: scripts/viewer_pictures.py [--program target/release/morgana] [--folder docs/images/viewer] [NAME ...]
 """
@@ -42,11 +43,11 @@ PICTURES = {
         "item=1&from=-1.8,0.15,0&direction=1,0,0&emitter=point&to=1.3,0,0.05",
     ),
 }
-"""What is opened, and the state of the page."""
+"""Opened files, and the state of the page."""
 
 
 def options():
-    """Chromium without a graphics card, without calls to elsewhere."""
+    """Options of Chromium: no GPU, and no requests to other hosts."""
     off = ["gpu", "quic", "background-networking", "component-update", "sync"]
     return [
         "--no-sandbox",
@@ -66,7 +67,7 @@ class Studio:
         subprocess.run([self.program, *map(str, arguments), "-q"], cwd=self.work, check=True)
 
     def make(self, name):
-        """A file that pictures show, once."""
+        """Makes a file that images show, once."""
         if (self.work / name).exists():
             return
         fog = ["render", SCENES / "luneburg_fog.xml", *FOG, "--seed", "1"]
@@ -100,7 +101,7 @@ class Studio:
             self.sound(name)
 
     def sound(self, name):
-        """A standing wave as others might have computed it: arrays without names of axes."""
+        """Writes a standing wave as another program might compute it: arrays without names of axes."""
         import numpy as np
 
         z, y, x = np.meshgrid(*(np.linspace(-1, 1, n) for n in (40, 60, 80)), indexing="ij")

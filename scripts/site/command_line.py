@@ -1,4 +1,4 @@
-"""The page on the command line, of what the program says about itself."""
+"""The page on the command line, generated from the program's help."""
 
 import re
 
@@ -12,7 +12,7 @@ What `morgana help` and `morgana COMMAND --help` print. Quantities and formats a
 
 
 def page() -> str:
-    """The page, a section per command."""
+    """Returns the page, with a section per command."""
     overview = program.output("--help")
     sections = [INTRODUCTION, block(overview)]
     for command in commands(overview):
@@ -21,12 +21,12 @@ def page() -> str:
 
 
 def commands(overview: str) -> list[str]:
-    """The commands that the overview lists."""
+    """Returns the commands that the overview lists."""
     listed = overview.split("\nCommands:\n")[1].split("\n\n")[0]
     names = re.findall(r"^  ([a-z]+)  ", listed, re.MULTILINE)
     return [name for name in names if name != "help"]
 
 
 def block(text: str) -> str:
-    """A text as it stands."""
+    """Returns a text verbatim, as a code block."""
     return f"```text\n{text.rstrip()}\n```\n"

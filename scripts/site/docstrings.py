@@ -1,4 +1,4 @@
-"""Documentation of the Python package as the site shows it: that of the compiled part comes from Rust, links and roles are Markdown."""
+"""Documentation of the Python package on the site: texts of the compiled part come from Rust; links and roles become Markdown."""
 
 import importlib
 import inspect
@@ -11,7 +11,7 @@ COMPILED = "morgana._morgana"
 
 
 class Docstrings(griffe.Extension):
-    """Completes what was read of the package's sources and stubs."""
+    """Completes the texts from the package's sources and stubs."""
 
     def on_package(self, *, pkg: griffe.Module, loader: griffe.GriffeLoader, **_: Any) -> None:
         """Takes the texts of the compiled part from the part itself, and rewrites all texts."""
@@ -22,7 +22,7 @@ class Docstrings(griffe.Extension):
 
 
 def complete(stub: Any, compiled: object, loader: griffe.GriffeLoader) -> None:
-    """Gives every object of a stub the documentation of the compiled one."""
+    """Gives every object of a stub the documentation of the compiled object."""
     for name, member in stub.members.items():
         found = getattr(compiled, name, None)
         if member.is_alias or found is None:
@@ -37,7 +37,7 @@ def complete(stub: Any, compiled: object, loader: griffe.GriffeLoader) -> None:
 
 
 def rewrite(parent: Any) -> None:
-    """Makes Markdown of roles, and links of documents' names."""
+    """Converts roles to Markdown, and names of documents to links."""
     for member in parent.members.values():
         if member.is_alias:
             continue
@@ -47,13 +47,13 @@ def rewrite(parent: Any) -> None:
 
 
 def markdown(text: str) -> str:
-    """A text of a docstring as Markdown for a page in reference/."""
+    """Returns a docstring's text as Markdown for a page in reference/."""
     text = re.sub(r"^( +)(\w+(?:, \w+)+): (.*(?:\n\1 +.*)*)", apart, text, flags=re.MULTILINE)
     text = re.sub(r":(?:attr|class|exc|func|meth|mod):`", "`", text)
     return re.sub(r"docs/([a-z-]+)\.md(#[a-z0-9-]+)?", r"[\g<0>](../\1.md\2)", text)
 
 
 def apart(arguments: re.Match[str]) -> str:
-    """Arguments that a docstring describes together, one by one."""
+    """Separates arguments that a docstring describes together."""
     indent, names, text = arguments.groups()
     return "\n".join(f"{indent}{name}: {text}" for name in names.split(", "))

@@ -1,4 +1,4 @@
-"""Documents in the root that the site has, too, and links between them and docs/."""
+"""Documents of the root that the site includes, and links between them and docs/."""
 
 import re
 from pathlib import Path
@@ -10,17 +10,18 @@ LICENCES = ["LICENSE-APACHE", "LICENSE-MIT"]
 
 
 def pages() -> dict[str, str]:
-    """The documents, by their address in the site."""
+    """Returns the documents, by their address in the site."""
     return {name: (ROOT / name).read_text() for name in PAGES}
 
 
 def attachments() -> list[Path]:
-    """Files that pages link to."""
+    """Returns the files that pages link to."""
     return [*sorted((ROOT / "scenes").glob("*.xml")), *(ROOT / name for name in LICENCES)]
 
 
 def relinked(markdown: str, uri: str) -> str:
-    """A page with its links as the site needs them: docs/ and the root are one folder there."""
+    """Returns a page with its links adapted to the site, in which docs/ and the root are one
+    folder."""
     if uri in PAGES:
         return markdown.replace("](docs/", "](")
     depth = uri.count("/")

@@ -1,4 +1,4 @@
-"""Pages of the site that are made when it is built: the plugins, the command line, and documents of the root."""
+"""Pages generated when the site is built: the plugins, the command line, and documents of the root."""
 
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from mkdocs.structure.pages import Page
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
-    """Adds what is not in docs/."""
+    """Adds the pages that are not in docs/."""
     made = {**plugins.pages(), "reference/command-line.md": command_line.page(), **documents.pages()}
     for uri, text in made.items():
         files.append(File.generated(config, uri, content=text))
@@ -22,7 +22,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 
 def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
-    """Lets links between docs/ and the root lead to where the site has these files."""
+    """Adapts links between docs/ and the root to the site's addresses."""
     return documents.relinked(markdown, page.file.src_uri)
 
 

@@ -1,9 +1,10 @@
-"""The pictures of the plugin reference: what each shows, and the scene that it is rendered from.
+"""Images of the plugin reference: captions, and the scenes that they are rendered from.
 
 python3 scripts/site/plugin_pictures.py [KIND-NAME ...]    all pictures, or some; needs NumPy and Pillow
 
-The program is the one that the variable MORGANA names, or the development build; MORGANA_THREADS limits its threads. All pictures take
-some ten minutes of processor time, and are written to docs/images/plugins/ with 192 colours each.
+The program is the one that the variable MORGANA names, or the development build; MORGANA_THREADS
+limits its threads. All images take about ten minutes of processor time, and are written to
+docs/images/plugins/ with 192 colours each.
 """
 
 import json
@@ -63,7 +64,7 @@ def window(origin: list[float], radiance: float, size: float = 1.2, target: list
 
 
 def camera(origin: list[float], target: list[float], fov: float, **more: Any) -> Plugin:
-    """A pinhole camera, or what `more` makes of it."""
+    """A pinhole camera, modified by `more`."""
     return {"type": "perspective", "fov": fov, "to_world": lookat(origin, target), **more}
 
 
@@ -73,7 +74,7 @@ STUDIO = {"key": window([-3, 4.2, 3], 11), "rim": window([3.4, 3, -2.2], 5), "sk
 
 
 def scene(objects: dict[str, Plugin], spp: int, sensor: Plugin = VIEW, integrator: Plugin | None = None) -> Plugin:
-    """A scene of a picture's size."""
+    """A scene with the size of an image."""
     film = {"type": "hdrfilm", "width": WIDTH, "height": HEIGHT}
     sampler = {"type": "ldsampler", "sample_count": spp}
     seen = {**sensor, "film": film, "sampler": sampler}
@@ -99,7 +100,7 @@ def surface(bsdf: Plugin) -> Plugin:
 
 
 def pane() -> Plugin:
-    """A pane before a ball; it mirrors a globe of light that is out of view."""
+    """A pane in front of a ball; it reflects a globe of light that is out of view."""
     placed = [{"scale": [0.85, 0.8, 1]}, {"rotate": {"axis": UP, "angle": -24}}, {"translate": [0.3, 0.8, 0.75]}]
     tint = {"type": "rgb", "value": [0.7, 0.85, 0.78]}
     glass = {"type": "rectangle", "to_world": placed, "bsdf": {"type": "thindielectric", "specular_transmittance": tint}}
@@ -108,7 +109,7 @@ def pane() -> Plugin:
 
 
 def open_tube() -> Plugin:
-    """A tube that is seen from outside and from inside."""
+    """A tube seen from outside and from inside."""
     sides = {"type": "twosided", "front": diffuse(BLUE), "back": diffuse(CREAM)}
     tube = {"type": "cylinder", "p0": [-0.9, 0.8, 0.9], "p1": [0.6, 0.8, -0.9], "radius": 0.8, "bsdf": sides}
     return in_studio(tube=tube)
@@ -206,7 +207,8 @@ def bowl(rows: int = 40, columns: int = 96) -> Plugin:
 
 
 def scattered(phase: Plugin) -> Plugin:
-    """A beam from the left through a small ball of fog, above the middle of a bowl that catches what the ball scatters."""
+    """A beam from the left through a small ball of fog, above the middle of a bowl that receives
+    the scattered light."""
     fog = {"type": "homogeneous", "sigma_t": 1.5, "albedo": 1, "phase": phase}
     puff = {"type": "sphere", "center": [0, 0.1, 0], "radius": 0.09, "bsdf": {"type": "null"}, "interior": fog}
     beam = {"type": "collimated", "radius": 0.08, "power": 400, "to_world": lookat([-0.98, 0.1, 0], [0, 0.1, 0])}
@@ -239,7 +241,7 @@ PHASES = {
 
 
 def lit(lights: dict[str, Plugin], haze: float = 0.0) -> Plugin:
-    """Two solids before a wall, in a light, and in haze if wanted."""
+    """Two solids in front of a wall, in a light, and in haze if wanted."""
     wall = {"type": "rectangle", "to_world": [{"scale": [20, 20, 1]}, {"translate": [0, 0, -2.2]}], "bsdf": diffuse(0.6)}
     block = {
         "type": "cube",
@@ -254,7 +256,7 @@ def lit(lights: dict[str, Plugin], haze: float = 0.0) -> Plugin:
 
 
 def dusk(folder: Path) -> str:
-    """An image of a sky at sunset, with a low sun; its path."""
+    """Writes an image of a sky at sunset, with a low sun. Returns its path."""
     import numpy as np
     from PIL import Image
 
@@ -270,7 +272,7 @@ def dusk(folder: Path) -> str:
 
 
 def slide(folder: Path) -> str:
-    """An image with coloured fields and a circle; its path."""
+    """Writes an image with coloured fields and a circle. Returns its path."""
     from PIL import Image, ImageDraw
 
     image = Image.new("RGB", (256, 192), (245, 235, 210))
@@ -284,7 +286,7 @@ def slide(folder: Path) -> str:
 
 
 def luminaire(folder: Path) -> str:
-    """A photometric file of a downlight with a bright ring; its path."""
+    """Writes a photometric file of a downlight with a bright ring. Returns its path."""
     angles = list(range(0, 95, 5))
     candela = [900 * math.exp(-(((a - 32) / 7) ** 2)) + 260 * math.exp(-((a / 13) ** 2)) for a in angles]
     lines = ["IESNA:LM-63-1995", "TILT=NONE", f"1 1000 1 {len(angles)} 1 1 2 0 0 0", "1 1 20"]
@@ -294,7 +296,7 @@ def luminaire(folder: Path) -> str:
 
 
 def emitters(folder: Path) -> dict[str, tuple[str, Any]]:
-    """Pictures of emitters; their files go to a folder."""
+    """Returns the images of emitters; their files go to a folder."""
     fill = {"type": "constant", "radiance": 0.04}
     down = lookat([0, 2.6, 0.4], [0, 0, -0.2], [0, 0, 1])
     return {
@@ -421,7 +423,7 @@ def emitters(folder: Path) -> dict[str, tuple[str, Any]]:
 
 
 def torus(bands: int = 48, sides: int = 24) -> tuple[list[list[float]], list[list[int]]]:
-    """Positions and triangles of a torus around the y axis, on the floor."""
+    """Returns positions and triangles of a torus around the y axis, on the floor."""
     positions, faces = [], []
     for i in range(bands):
         for j in range(sides):
@@ -461,7 +463,7 @@ def solid(shape: Plugin) -> Plugin:
 
 
 def turned(angle: float, *parts: Plugin) -> list[Plugin]:
-    """A transform that turns about the vertical before it does anything else."""
+    """A transform that first rotates about the vertical."""
     return [{"rotate": {"axis": UP, "angle": angle}}, *parts]
 
 
@@ -472,7 +474,7 @@ def upright(shape: str, size: float) -> Plugin:
 
 
 def shaded_ring() -> Plugin:
-    """A torus whose vertices have colours by their azimuth."""
+    """A torus with vertex colours by azimuth."""
     positions, _ = torus()
     turns = [math.atan2(z, x) for x, _, z in positions]
     colours = [[0.35 + 0.25 * math.cos(t - 2 * math.pi * k / 3) for k in range(3)] for t in turns]
@@ -481,7 +483,7 @@ def shaded_ring() -> Plugin:
 
 
 def of_voxels(surface: str, x: float) -> Plugin:
-    """A ball of voxels of clear gelatine, beside another one."""
+    """A ball of voxels of clear gelatine, beside another ball."""
     size = 16
     middle = (size - 1) / 2
     near = lambda i, j, k: (i - middle) ** 2 + (j - middle) ** 2 + (k - middle) ** 2 < (0.47 * size) ** 2  # noqa: E731
@@ -513,7 +515,7 @@ SHAPES = {
 
 
 def textures(folder: Path) -> dict[str, tuple[str, Any]]:
-    """Pictures of textures; their files go to a folder."""
+    """Returns the images of textures; their files go to a folder."""
 
     def board(texture: Plugin) -> Plugin:
         placed = [{"scale": [1.05, 0.79, 1]}, *turned(-20, {"translate": [0, 0.8, 0]})]
@@ -536,7 +538,7 @@ def textures(folder: Path) -> dict[str, tuple[str, Any]]:
 
 
 def index_ball(volume: Plugin, radius: float = 0.9) -> Plugin:
-    """A ball of clear matter before a board of fields."""
+    """A ball of clear matter in front of a checkerboard."""
     board = {
         "type": "rectangle",
         "to_world": [{"scale": [4, 4, 1]}, {"translate": [0, 0, -2]}],
@@ -621,26 +623,27 @@ SENSORS = {
 
 
 def pictures(folder: Path) -> dict[str, tuple[str, Any]]:
-    """All pictures: what each shows, and what makes its scene. Files that scenes need go to a folder."""
+    """Returns all images: caption, and function that makes the scene. Files that scenes need go to
+    a folder."""
     made = [BSDFS, PHASES, emitters(folder), SHAPES, textures(folder), VOLUMES, INTEGRATORS, SENSORS]
     return {name: entry for group in made for name, entry in group.items()}
 
 
 def caption(name: str) -> str | None:
-    """What the picture of a plugin, as KIND-NAME, shows; `None` if there is none."""
+    """Returns the caption of the image of a plugin, as KIND-NAME; `None` if there is none."""
     entry = pictures(Path()).get(name)
     return entry[0] if entry else None
 
 
 def orphans(plugins: set[str]) -> list[str]:
-    """Pictures without a plugin or a scene, and scenes without a picture."""
+    """Returns images without a plugin or a scene, and scenes without an image."""
     stored = {path.stem for path in FOLDER.glob("*")}
     made = set(pictures(Path()))
     return sorted((stored - made) | (made - stored) | (stored - plugins))
 
 
 def render(name: str, make: Any, folder: Path) -> int:
-    """Renders a picture; its size in bytes."""
+    """Renders an image. Returns its size in bytes."""
     from PIL import Image
 
     source, raw = folder / f"{name}.json", folder / f"{name}.png"
@@ -652,7 +655,7 @@ def render(name: str, make: Any, folder: Path) -> int:
 
 
 def main() -> None:
-    """Renders the pictures that the arguments name, or all."""
+    """Renders the images that the arguments name, or all."""
     FOLDER.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as kept:
         folder = Path(kept)

@@ -1,4 +1,4 @@
-"""The reference of plugins, from the JSON Schema that the program prints: it cannot differ from what the program accepts."""
+"""The plugin reference, generated from the JSON Schema that the program prints, so that it always matches the program."""
 
 import json
 from typing import Any
@@ -49,7 +49,7 @@ PROSE = {
     "emitter": "../../scene-format.md#emitters",
     "emitter.ies": "../../scene-format.md#photometric-files",
 }
-"""Where a kind, or a plugin, is described in full."""
+"""Address of the full description of a kind or plugin."""
 
 TYPES = {
     "number": "float",
@@ -60,13 +60,13 @@ TYPES = {
     "point": "point or vector",
     "transform": "transform",
 }
-"""What the manual calls the schema's values."""
+"""Names that the manual uses for the schema's types of values."""
 
 Schema = dict[str, Any]
 
 
 def pages() -> dict[str, str]:
-    """The pages, by their address in the site."""
+    """Returns the pages, by their address in the site."""
     definitions = json.loads(program.output("schema"))["$defs"]
     if orphans := plugin_pictures.orphans({name.replace(".", "-") for name in definitions}):
         raise ValueError(f"pictures of plugins and scripts/site/plugin_pictures.py differ: {', '.join(orphans)}")
@@ -74,7 +74,7 @@ def pages() -> dict[str, str]:
 
 
 def page(title: str, kinds: list[str], definitions: Schema) -> str:
-    """A page on some kinds of plugins."""
+    """Returns a page on some kinds of plugins."""
     lines = [
         f"# {title}",
         "",
@@ -91,7 +91,7 @@ def page(title: str, kinds: list[str], definitions: Schema) -> str:
 
 
 def section(name: str, schema: Schema, mark: str) -> list[str]:
-    """What the schema says of a plugin."""
+    """Returns the section on a plugin, from the schema."""
     kind, plugin = name.split(".")
     prose = PROSE.get(name, PROSE[kind])
     lines = [f"{mark} {plugin}", "", f"{described(name, schema)} [Manual]({prose})"]
@@ -110,27 +110,28 @@ def section(name: str, schema: Schema, mark: str) -> list[str]:
 
 
 def row(plugin: str, key: str, schema: Schema, required: bool) -> str:
-    """A parameter's line of the table."""
+    """Returns a parameter's row of the table."""
     default = "required" if required else shown(schema)
     help = described(f"{plugin}.{key}", parameter_of(schema))
     return f"| `{key}` | {value_type(schema)} | {default} | {help} |"
 
 
 def parameter_of(schema: Schema) -> Schema:
-    """The part of the schema that describes the parameter itself, where a plugin may stand in its place."""
+    """Returns the part of the schema that describes the parameter itself, if a plugin may replace
+    its value."""
     ways = [way for way in schema.get("anyOf", []) if "description" in way]
     return ways[0] if ways else schema
 
 
 def described(name: str, schema: Schema) -> str:
-    """The description of something, without which the reference would be no use."""
+    """Returns a description. Fails without one, because the reference would be useless."""
     if not schema.get("description"):
         raise ValueError(f"the schema does not say what {name} is")
     return escaped(schema["description"])
 
 
 def shown(schema: Schema) -> str:
-    """The default of a parameter."""
+    """Returns the default of a parameter, as text."""
     default = parameter_of(schema).get("default")
     if default is None or default == []:
         return ""
@@ -138,7 +139,7 @@ def shown(schema: Schema) -> str:
 
 
 def value_type(schema: Schema) -> str:
-    """What a value may be, in a word or two."""
+    """Returns the type of a value in a word or two."""
     if "enum" in schema:
         return ", ".join(f"`{word}`" for word in schema["enum"])
     if "$ref" in schema:
@@ -151,10 +152,10 @@ def value_type(schema: Schema) -> str:
 
 
 def referred(schema: Schema) -> str:
-    """The name of the definition that a schema refers to."""
+    """Returns the name of the definition that a schema refers to."""
     return str(schema["$ref"]).removeprefix("#/$defs/")
 
 
 def escaped(text: str) -> str:
-    """A text as a cell of a table."""
+    """Returns a text as a cell of a table."""
     return text.replace("|", "\\|").replace("*", "\\*").replace("_", "\\_").replace("<", "&lt;")
