@@ -1,4 +1,4 @@
-"""What tests share."""
+"""Fixtures and helpers that the tests share."""
 
 import os
 import pathlib
@@ -13,13 +13,14 @@ os.environ.setdefault("MPLBACKEND", "Agg")
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SCENES = ROOT / "scenes"
 OPTIONAL = ("torch", "pyoidn")
-"""Packages that ``./test`` installs with ``--long`` only, for their size: otherwise tests that need them may be skipped."""
+"""Packages that ``./test`` installs only with ``--long``, for their size: without it, tests that
+need them may be skipped."""
 PROGRAM = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "debug/morgana"
-"""The program that results are compared with."""
+"""The program, whose results the tests compare with."""
 
 
 def refuse_skips(report):
-    """Under ``MORGANA_ALL_TESTS``, as in continuous integration, a test that is skipped has failed."""
+    """Fails skipped tests under ``MORGANA_ALL_TESTS``, as in continuous integration."""
     if "MORGANA_ALL_TESTS" in os.environ and report.skipped and not any(package in str(report.longrepr) for package in OPTIONAL):
         report.outcome = "failed"
         report.longrepr = f"skipped, which MORGANA_ALL_TESTS forbids: {report.longrepr}"
@@ -67,7 +68,7 @@ def small(integrator="path", **medium):
 
 
 def meters():
-    """The same ball, lit by a light, with a meter in place of the camera."""
+    """The ball, lit by an emitter, with a meter in place of the camera."""
     scene = small("particle")
     del scene["sensor"], scene["sky"]
     scene["light"] = {"type": "point", "position": [0, 0, -3], "intensity": 1.0}
@@ -82,7 +83,7 @@ def meters():
 
 
 def load(scene, **options):
-    """A scene of a dictionary, whatever is doubtful about it."""
+    """Loads a scene from a dictionary, ignoring its warnings."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", morgana.SceneWarning)
         return morgana.load_dict(scene, **options)
@@ -90,7 +91,7 @@ def load(scene, **options):
 
 @pytest.fixture
 def serve():
-    """Starts the program with arguments, and gives the address that it prints."""
+    """Starts the program with arguments. Yields the address that it prints."""
     running = []
 
     def start(*arguments, cwd=None):

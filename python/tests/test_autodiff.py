@@ -1,4 +1,5 @@
-"""Rays as functions of PyTorch and JAX: their gradients are those of `Rays.vjp`, and go through what users compose."""
+"""Rays as functions of PyTorch and JAX: their gradients equal `Rays.vjp`, and pass through
+functions that users compose."""
 
 import importlib
 
@@ -17,7 +18,7 @@ WEIGHTS = [RNG.normal(size=(30, 3)), RNG.normal(size=(30, 3)), RNG.normal(size=3
 
 @pytest.fixture
 def jax():
-    """In double precision."""
+    """JAX in double precision."""
     jax = pytest.importorskip("jax")
     jax.config.update("jax_enable_x64", True)
     yield jax
@@ -40,7 +41,7 @@ def test_jax(jax):
     found = jax.grad(loss, argnums=(0, 1, 2))(INDEX, ORIGINS, DIRECTIONS)
     for value, exact in zip(found, expected()):
         np.testing.assert_allclose(value, exact, rtol=1e-12, atol=1e-12)
-    # A sensor that moves along x moves all origins; and compiled.
+    # A sensor that moves along x moves all origins; tested compiled, too.
     moved = lambda shift: loss(INDEX, ORIGINS + shift * numpy.array([1.0, 0, 0]))  # noqa: E731
     assert float(jax.jit(jax.grad(moved))(0.0)) == pytest.approx(expected()[1][:, 0].sum(), rel=1e-9)
 
@@ -52,7 +53,7 @@ def test_jax_leaves_rays_without_an_end_out(jax):
     ends = rays(origins).jax()
 
     def loss(index):
-        # Of rays without an end it is zero times NaN that comes back.
+        # Rays without an end must not send zero times NaN back.
         lengths = ends(index)[2]
         return numpy.sum(numpy.where(numpy.isnan(lengths), 0.0, lengths**2))
 
@@ -73,7 +74,7 @@ def test_jax_takes_one_direction_and_whole_numbers(jax):
     for found in (gradient(INDEX, ORIGINS, along), jax.jit(gradient)(INDEX, ORIGINS, along)):
         np.testing.assert_allclose(found[0], exact.origins, rtol=1e-12, atol=1e-12)
         np.testing.assert_allclose(found[1], exact.directions.sum(0), rtol=1e-12, atol=1e-12)
-    # Ends would be rounded to whole numbers if they had the type of their starts.
+    # Integer starts must not round the ends to integers.
     straight = rays().with_starts(np.array([[0.0, 0.0, -2.0]]), [0, 0, 1]).forward(INDEX)
     for end, expected in zip(ends(INDEX, numpy.array([[0, 0, -2]]), numpy.array([0, 0, 1])), straight):
         np.testing.assert_allclose(end, expected, rtol=1e-12, atol=1e-12)
@@ -104,7 +105,8 @@ def test_torch_gives_ends_of_the_widest_type_of_its_tensors(dtype):
     for end, exact in zip(rays().torch()(index), expected):
         assert end.dtype == widest
         np.testing.assert_allclose(end.double(), exact, rtol=2 * torch.finfo(widest).eps, atol=torch.finfo(widest).eps)
-    # Starts of the rays themselves are not rounded to the type of the index, nor are others to that of an index that has fewer digits.
+    # Starts of the rays are not rounded to the type of the index, and other starts are not rounded
+    # to the type of an index with fewer digits.
     for end, exact in zip(rays().torch()(index, torch.tensor(ORIGINS), torch.tensor(DIRECTIONS)), expected):
         assert end.dtype == torch.float64
         np.testing.assert_allclose(end, exact, rtol=1e-14, atol=1e-14)
@@ -121,7 +123,8 @@ def test_torch_composes_functions():
     rows = torch.func.jacrev(lambda n: ends(n)[2])(index)
     for ray, row in enumerate(rows):
         np.testing.assert_allclose(row, few.vjp(INDEX, optical_lengths=np.eye(4)[ray]).field, rtol=1e-12, atol=1e-14)
-    # A batch of sensors, along an axis that is not the first, through one index; and derivatives of each.
+    # A batch of sensors, along an axis that is not the first, through one index, with derivatives
+    # for each.
     moved = torch.stack([torch.tensor(ORIGINS[:4] + [0, 0, shift]) for shift in (0.0, 0.2)], dim=1)
     lengths, slopes = torch.vmap(lambda origins: (ends(index, origins)[2], torch.func.grad(lambda o: ends(index, o)[2].sum())(origins)), in_dims=1)(moved)
     for i in range(2):
@@ -151,7 +154,8 @@ LENS = {"surfaces[0].curvature": 0.3, "surfaces[0].vertex": [0.05, 0.0, 0.0], "m
 
 
 def lens(values):
-    """A graded lens with a curved front; the exponent of its profile is no parameter of the loss."""
+    """A graded lens with a curved front; the exponent of its profile is not a parameter of the
+    loss."""
     p = {**LENS, **values}
     graded = morgana.load_field({"type": "expression", "n2": "2.5*(1 - (alpha*rho)^g)", "alpha": float(p["media[1].alpha"]), "g": 2.0})
     front = grad.Conic(p["surfaces[0].vertex"], (0, 0, 1), float(p["surfaces[0].curvature"]), -0.5)
@@ -169,7 +173,7 @@ def test_jax_by_parameters_of_lenses(jax):
     for name, value in by_values.items():
         np.testing.assert_allclose(value, exact.parameters[name], rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(by_origins, exact.origins, rtol=1e-12, atol=1e-12)
-    # A design variable on which two parameters depend, compiled; against differences.
+    # A design variable that two parameters depend on, compiled; compared with differences.
     bent = lambda c: loss({"surfaces[0].curvature": c, "media[1].alpha": 0.5 * c**2})  # noqa: E731
     difference = (float(bent(0.3 + 1e-4)) - float(bent(0.3 - 1e-4))) / 2e-4
     assert float(jax.jit(jax.grad(bent))(0.3)) == pytest.approx(difference, rel=1e-6)
@@ -204,7 +208,7 @@ def test_torch_takes_numbers_and_arrays_beside_tensors():
             lengths.sum().backward()
         exact = rays().vjp(lens({}), optical_lengths=np.ones(30)).parameters["surfaces[0].curvature"]
         assert float(curvature.grad) == pytest.approx(2 * float(exact), rel=1e-12)
-    # The rays are those of double precision; only what comes back is rounded.
+    # Rays are computed in double precision; only the results are rounded.
     for end, exact in zip(rays().torch()(INDEX, ORIGINS, DIRECTIONS[0].tolist()), rays().with_starts(ORIGINS, DIRECTIONS[0]).forward(INDEX)):
         np.testing.assert_array_equal(end, exact.astype(np.float32))
 

@@ -1,6 +1,7 @@
-"""Low-coherence interferometry: mirrors and lenses whose optical lengths are known in closed form.
+"""Low-coherence interferometry: mirrors and lenses whose optical lengths have closed forms.
 
-False alarms: 1e-3 for the powers that a pane and a mirror reflect, and for the depths of a slab; of closed forms, none.
+False alarms: 1e-3 for the powers that a pane and a mirror reflect, and for the depths of a slab;
+closed forms have none.
 """
 
 import math
@@ -37,13 +38,14 @@ def test_coherence_is_the_spectrum_transformed():
     table = coherence.tabulated(nm, bell)
     np.testing.assert_allclose(table.degree(away), source.degree(away), atol=1e-5)
     assert table.coherence_length == pytest.approx(FWHM, rel=1e-4)
-    # Power that is even in wave number: |γ| is a sinc; and exact however far away, where coarse sums would have aliases.
+    # For power that is even in wave number, |γ| is a sinc. It is exact at any distance, where
+    # coarse sums would have aliases.
     nm = np.array([0.8, 0.85, 0.9])
     even = coherence.tabulated(nm, 1 / nm**2)
     span = 2 * math.pi * (1 / 0.8 - 1 / 0.9)
     far = np.linspace(0, 4000, 997)
     np.testing.assert_allclose(np.abs(even.degree(far)), np.abs(np.sinc(span * far / 2 / math.pi)), atol=1e-9)
-    # A narrow peak of a wide table: about λ²/Δλ.
+    # A narrow peak of a wide table has a coherence length of about λ²/Δλ.
     peak = coherence.tabulated([0.4, 0.6999, 0.7, 0.7001, 1.2], [0, 0, 1, 0, 0])
     assert 0.4 < peak.coherence_length / (0.7**2 / 1e-4) < 0.5
 
@@ -52,7 +54,7 @@ def test_gates_let_through_what_fits():
     light = records([2.0, 1.0], [5.0, 5.0 + FWHM], particles=10)
     scan = coherence.a_scan(light, [5.0, 5.0 + FWHM, 9.0], coherence.gaussian(WAVELENGTH, WIDTH))
     np.testing.assert_allclose(scan.mean[:, 0], [2.25, 1.5, 0], atol=1e-9)
-    # Two records of one particle are one sample.
+    # Two records of one particle are a single sample.
     twice = coherence.a_scan(records(np.ones(4), np.zeros(4), [0, 0, 1, 1], 9), [0.0], coherence.gaussian(1, 1))
     once = coherence.a_scan(records([2.0, 2.0], [0, 0], [0, 1], 9), [0.0], coherence.gaussian(1, 1))
     np.testing.assert_allclose([twice.mean, twice.error], [once.mean, once.error])
@@ -71,7 +73,8 @@ def test_errors_are_those_among_particles():
 
 
 def test_a_pane_and_a_mirror_are_where_their_optical_lengths_say():
-    """A beam from z = −1 meets a pane of index 1.5 from 0 to 1, and a mirror at 1.5; what returns is recorded at −½."""
+    """A beam from z = −1 meets a pane of index 1.5 from 0 to 1, and a mirror at 1.5. The meter at
+    −½ records the returning light."""
     scene = morgana.load_dict({
         "type": "scene",
         "integrator": {"type": "particle"},
@@ -95,7 +98,7 @@ def test_a_pane_and_a_mirror_are_where_their_optical_lengths_say():
     expected = {1.5: r, 4.5: (1 - r) ** 2 * r, 5.5: (1 - r) ** 4, 3.5: 0.0, 5.0: 0.0}
     scan = coherence.a_scan(back, list(expected), coherence.gaussian(0.01, 0.001))
     for i, (length, power) in enumerate(expected.items()):
-        # Three comparisons: 3.6 standard errors are exceeded by noise in 1 of 1000 families.
+        # Three comparisons: noise exceeds 3.6 standard errors in 1 of 1000 families.
         assert abs(scan.mean[i, 0] - power) <= 3.6 * scan.error[i, 0] + 1e-9, (length, power, scan.mean[i], scan.error[i])
     assert scan.error[0, 0] < 0.05 * r
     # Peaks lie there to a hundredth of the gate.
@@ -105,7 +108,8 @@ def test_a_pane_and_a_mirror_are_where_their_optical_lengths_say():
 
 
 def test_a_luneburg_lens_is_as_long_for_every_ray():
-    """From a plane that touches the ball to the focus on its other side: (1 + π/2) R."""
+    """All rays have the length (1 + π/2) R, from a plane that touches the ball to the focus on its
+    other side."""
     scene = morgana.load_dict({
         "type": "scene",
         "integrator": {"type": "particle"},
@@ -130,8 +134,8 @@ SLAB = {"sigma_t": 2.0, "albedo": 0.8}
 
 
 def slab(decomposition, polarised=False, **film):
-    """A slab from z = 0 to 1 that scatters once, seen from z = −1 along the beam that lights it; if polarised, from z = −3 through a
-    polariser in front of the sensor."""
+    """A slab from z = 0 to 1 that scatters once, seen from z = −1 along the beam that lights it; if
+    polarised, from z = −3 through a polariser in front of the sensor."""
     path = {"type": "path", "max_depth": 2}
     filters = {"filter": {"type": "rectangle", "to_world": [{"translate": [0, 0, -2]}], "bsdf": {"type": "polarizer"}}}
     return load({
@@ -152,7 +156,7 @@ def slab(decomposition, polarised=False, **film):
 
 
 def single_scattering(lengths, source):
-    """∫ σ_s/(4π) e^{−2σ_t z} |γ(L − 2 − 2z)|² dz for an irradiance of 1."""
+    """Returns ∫ σ_s/(4π) e^{−2σ_t z} |γ(L − 2 − 2z)|² dz for an irradiance of 1."""
     z = (np.arange(4000) + 0.5) / 4000
     gate = np.abs(source.degree(np.asarray(lengths)[:, None] - 2 - 2 * z)) ** 2
     mu_t, albedo = SLAB["sigma_t"], SLAB["albedo"]
@@ -167,11 +171,12 @@ def test_films_give_scans_of_their_pixels():
     scan = coherence.a_scan(result, lengths, source)
     assert scan.mean.shape == scan.error.shape == (6, 1, 2, 1)
     expected = single_scattering(lengths, source)
-    # Ten comparisons: 4 standard errors are exceeded in 6e-4. Bins of a fifth of the coherence length shift light within them: 0.1 %.
+    # Ten comparisons: noise exceeds 4 standard errors in 6e-4. Bins of a fifth of the coherence
+    # length displace light within them: 0.1 %.
     difference = np.abs(scan.mean[:, 0, :, 0] - expected[:, None])
     assert np.all(difference <= 4 * scan.error[:, 0, :, 0] + 1e-3 * expected.max())
     assert np.all(scan.error[1:, 0, :, 0] < 0.05 * expected[1:, None]) and scan.mean[0].max() < 1e-6
-    # Bins of time, and by bounces as well, are the same light.
+    # Bins of time, also with bins of bounces, contain equal light.
     speed = 2.0
     times = {"min_bound": 0.5, "max_bound": 2.5, "bin_width": 0.02, "speed_of_light": speed, "max_bounces": 3}
     other = coherence.a_scan(morgana.render(slab("time,bounce", **times), spp=40_000, seed=3), lengths, source)
@@ -179,7 +184,7 @@ def test_films_give_scans_of_their_pixels():
 
 
 def test_files_and_stokes_parameters_are_scanned_as_pictures(tmp_path):
-    """Half of the slab's light passes a polariser in front of the sensor, with an S1 of its own."""
+    """Half of the slab's light passes a polariser in front of the sensor, with its own S1."""
     source = coherence.gaussian(0.1, 0.05)
     for polarised in (False, True):
         lengths = np.array([2.0, 2.5]) + 2 * polarised
@@ -192,7 +197,7 @@ def test_files_and_stokes_parameters_are_scanned_as_pictures(tmp_path):
         np.testing.assert_allclose(kept.mean, scan.mean, rtol=1e-5)
         np.testing.assert_allclose(kept.error, scan.error, rtol=1e-5)
         expected = single_scattering(lengths - 2 * polarised, source) * (0.5 if polarised else 1)
-        # Eight comparisons: 4 standard errors are exceeded in 5e-4.
+        # Eight comparisons: noise exceeds 4 standard errors in 5e-4.
         assert np.all(np.abs(scan.mean[:, 0, :, 0] - expected[:, None]) <= 4 * scan.error[:, 0, :, 0] + 1e-3 * expected.max())
         assert np.all(scan.error[:, 0, :, 0] < 0.2 * expected[:, None])
         assert coherence.a_scan(file, [], source).mean.shape == (0, 1, 2, 1)
@@ -247,7 +252,7 @@ def test_fringes_are_as_far_apart_as_waves():
     found = coherence.interferogram(lengths, [5.0], 0.04, source)
     half = abs(source.degree(np.array([WAVELENGTH / 2]))[0])
     np.testing.assert_allclose(found, [1.2**2, 1.04, 1.04 - 0.4 * half, 1.04], atol=1e-9)
-    # Ways that are equally long add up as fields, others as powers.
+    # Paths of equal length add up as fields, others as powers.
     assert coherence.interferogram([0.0], [5.0, 5.0, 9.0], 1.0, source)[0] == pytest.approx(1 + 4 + 1)
 
 
@@ -263,7 +268,7 @@ def test_fringes_of_many_ways_need_little_memory(monkeypatch):
     found = coherence.interferogram(lengths, ways, power, source, reference=0.5)
     most = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    # Twenty arrays of a block, where all differences of ways are 32 MB each.
+    # The limit is twenty arrays of a block; all differences of paths at once would take 32 MB each.
     assert most < 20 * 8 * (1 << 15)
     np.testing.assert_allclose(found, expected, rtol=1e-12)
     assert coherence.interferogram([], ways, power, source).shape == (0,)

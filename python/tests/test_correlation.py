@@ -1,6 +1,8 @@
-"""Diffuse correlation from records: against closed forms, and against a tally that shares nothing with morgana.
+"""Diffuse correlation from records, compared with closed forms, and with a tally that shares no
+code with morgana.
 
-False alarms: 1e-3 for all comparisons with the tally together, which are correlated; of closed forms, none.
+False alarms: 1e-3 for all comparisons with the tally together, which are correlated; closed forms
+have none.
 """
 
 import math
@@ -30,7 +32,7 @@ def records(weight, transfer, particle=None, particles=None):
 
 
 def of(transfer, delays, diffusion=1e-7):
-    """G₁ of light with one momentum transfer and weight 1."""
+    """Returns G₁ of light with one momentum transfer and weight 1."""
     k = 2 * math.pi * INDEX / WAVELENGTH
     return np.exp(-2 * k**2 * diffusion * np.asarray(delays) * transfer)
 
@@ -70,7 +72,7 @@ def test_channels_have_wavelengths_and_indices_of_their_own():
                 np.testing.assert_array_equal(getattr(found, name)[:, c], getattr(one, name)[:, 0])
             np.testing.assert_array_equal(blurred.mean[:, c], contrast.mean[:, 0])
             np.testing.assert_array_equal(blurred.error[:, c], contrast.error[:, 0])
-    # A phase turns with the index over the wavelength.
+    # Phases are proportional to the index over the wavelength.
     same = correlation.correlate(both, DELAYS, move, wavelength=waves, index=[1.0, 2.0])
     np.testing.assert_allclose(same.mean, correlate(both).mean)
     with pytest.raises(ValueError, match="wavelength must be finite and positive: one number, or one for each of 2 channels"):
@@ -91,7 +93,7 @@ def test_errors_are_those_among_particles():
         claimed = np.array([getattr(run, error)[2, 0] for run in runs])
         # The relative error of a standard deviation of 300 values is 4 %.
         assert 0.82 < values.std(ddof=1) / np.sqrt((claimed**2).mean()) < 1.18, mean
-    # Two records of one particle are one sample.
+    # Two records of one particle are a single sample.
     twice = correlate(records(np.ones(4), np.zeros(4), [0, 0, 1, 1], 4))
     once = correlate(records(2 * np.ones(2), np.zeros(2), [0, 1], 4))
     np.testing.assert_allclose(twice.error, once.error)
@@ -99,14 +101,15 @@ def test_errors_are_those_among_particles():
 
 
 def sheared(g, delay, walks=20_000, steps=120, mu_s=2.0, rate=3.0, k=1.0, seed=1):
-    """Phases that the flow v = Γ z x̂ changes along walks in an infinite medium, and their mean length: Δφ = k Σ u·v(ℓ u) τ over flights."""
+    """Returns phases from the flow v = Γ z x̂ along walks in an infinite medium, and their mean
+    length: Δφ = k Σ u·v(ℓ u) τ over flights."""
     rng = np.random.default_rng(seed)
     u = rng.normal(size=(walks, 3))
     u /= np.linalg.norm(u, axis=1, keepdims=True)
     phase, length = np.zeros((2, walks))
     for _ in range(steps):
         flight = rng.exponential(1 / mu_s, walks)
-        # Scatterers at the ends of a flight move apart by Γ ℓ u_z τ along x.
+        # Scatterers at the ends of a flight separate by Γ ℓ u_z τ along x.
         phase += k * rate * delay * flight * u[:, 2] * u[:, 0]
         length += flight
         xi = rng.random(walks)
@@ -119,21 +122,23 @@ def sheared(g, delay, walks=20_000, steps=120, mu_s=2.0, rate=3.0, k=1.0, seed=1
 
 @pytest.mark.parametrize("g", [0.0, 0.8])
 def test_shear_is_what_walks_find(g):
-    """Phases of walks, whose variance the closed form must give; 4.5 standard errors are exceeded in 7e-6."""
+    """The variance of phases of walks agrees with the closed form; noise exceeds 4.5 standard
+    errors in 7e-6."""
     delay, mu_s, rate = 0.05, 2.0, 3.0
     phase, length = sheared(g, delay)
     transport = 1 / (mu_s * (1 - g))
-    # Half the variance is the exponent of g₁: ⅓ k² ⟨Δr²⟩ s/l*; the first flights, which remember their start, are some 2 % of 120.
+    # Half the variance is the exponent of g₁: ⅓ k² ⟨Δr²⟩ s/l*. The first flights, which still
+    # depend on the start, are about 2 % of 120.
     expected = 2 / 3 * correlation.shear(rate, transport, g)(delay) * length.mean() / transport
     square = phase**2
     error = square.std(ddof=1) / math.sqrt(len(square))
     start = 1 / (1 - g**2) / 120
     assert abs(square.mean() - expected) < 4.5 * error + start * expected
     assert error < 0.015 * expected and start < 0.03
-    # The transport length alone, as for isotropic scattering, would be far off.
+    # Check that the transport length alone, as for isotropic scattering, would be far off.
     if g:
         assert abs(square.mean() - expected * (1 + g)) > 20 * error
-    # And the light itself decays so.
+    # The field of the light decays accordingly.
     field = np.cos(phase)
     assert abs(field.mean() - math.exp(-expected / 2)) < 4.5 * field.std() / math.sqrt(len(field)) + start * expected
 
@@ -158,19 +163,21 @@ def test_contrast_of_one_decay_has_a_closed_form():
 
 
 def exponential(x):
-    """K² of g₁ = exp(−τ/τ_c) by x = T/τ_c (Bandyopadhyay, Gittings, Suh, Dixon and Durian 2005)."""
+    """Returns K² of g₁ = exp(−τ/τ_c) by x = T/τ_c (Bandyopadhyay, Gittings, Suh, Dixon and Durian
+    2005)."""
     return np.where(x < 1e-4, 1 - 2 * x / 3, (np.expm1(-2 * x) + 2 * x) / (2 * x**2))
 
 
 def bell(x):
-    """The same of g₁ = exp(−(τ/τ_c)²)."""
+    """Returns K² of g₁ = exp(−(τ/τ_c)²)."""
     a = math.sqrt(2) * x
     return math.sqrt(math.pi) * np.array([math.erf(value) for value in a]) / a + np.expm1(-(a**2)) / a**2
 
 
 @pytest.mark.parametrize("kind", ["brownian", "ballistic"])
 def test_contrast_of_short_and_long_exposures(kind):
-    """From a ten-thousandth of the correlation time to a million of it, of light with one momentum transfer."""
+    """Exposures range from a ten-thousandth of the correlation time to a million times it, for
+    light with one momentum transfer."""
     k = 2 * math.pi * INDEX / WAVELENGTH
     motion, time, expected = {
         "brownian": (correlation.brownian(1e-7), 1 / (2 * k**2 * 1e-7), exponential),
@@ -184,9 +191,9 @@ def test_contrast_of_short_and_long_exposures(kind):
 
 
 def layered(particles, size=40.0):
-    """Light that two layers reflect."""
+    """Returns records of light that two layers reflect."""
     thickness = np.array([layer[0] for layer in LAYERS])
-    # Layers of half a unit; the volume is so wide that little light gets to its sides.
+    # Layers are half a unit thick; the volume is so wide that little light reaches its sides.
     labels = np.repeat([1, 2], (thickness / 0.5).astype(int)).astype(np.uint8)
     properties = [[0, 0, 1, INDEX], *([mu_a, mu_s, g, INDEX] for _, mu_s, mu_a, g in LAYERS)]
     tissue = {
@@ -202,7 +209,8 @@ def layered(particles, size=40.0):
 
 
 def tally(particles, seed):
-    """Samples of the reflected light's G₁, (particles, delays), by a walk in two layers that are infinitely wide."""
+    """Returns samples of the reflected light's G₁, (particles, delays), by a walk in two infinitely
+    wide layers."""
     rng = np.random.default_rng(seed)
     edges = np.cumsum([0.0] + [layer[0] for layer in LAYERS])
     mu_s, mu_a, g = (np.array([layer[i] for layer in LAYERS]) for i in (1, 2, 3))
@@ -248,15 +256,16 @@ def test_two_layers_agree_with_an_independent_tally():
     other = tally(200_000, seed=5)
     mean, error = other.mean(axis=0), other.std(axis=0, ddof=1) / math.sqrt(len(other))
     z = (ours.mean[:, 0] - mean) / np.hypot(ours.error[:, 0], error)
-    # Four comparisons: 3.7 standard errors are exceeded by noise in 1 of 1000 families.
+    # Four comparisons: noise exceeds 3.7 standard errors in 1 of 1000 families.
     assert np.abs(z).max() < 3.7, (z, ours.mean[:, 0], mean)
-    # It would see layers that are mistaken for one another.
+    # Check the power of the test: exchanged layers are detected.
     wrong = correlate(found, motions=dict(zip(names, reversed(motions.values()))))
     assert np.abs((wrong.mean[:, 0] - mean) / np.hypot(wrong.error[:, 0], error)).max() > 8
 
 
 def test_a_half_space_is_that_of_correlation_diffusion():
-    """Away from the source, by Green's function of correlation diffusion with an extrapolated boundary (Boas and Yodh 1997)."""
+    """Light far from the source agrees with Green's function of correlation diffusion with an
+    extrapolated boundary (Boas and Yodh 1997)."""
     mu_a, mu_s, g, size = 0.01, 2.0, 0.5, [80.0, 80.0, 40.0]
     tissue = {
         "type": "labels", "data": np.ones((1, 1, 1), np.uint8), "properties": np.array([[0, 0, 1, 1], [mu_a, mu_s, g, 1]]),
@@ -282,7 +291,8 @@ def test_a_half_space_is_that_of_correlation_diffusion():
         return np.sum(rho * (np.exp(-k * r[0]) / r[0] - np.exp(-k * r[1]) / r[1]))
 
     expected = [green(delay) / green(0.0) for delay in delays]
-    # Diffusion itself is right to some hundredths here; the errors are about one.
+    # Diffusion itself is accurate to a few hundredths here, and the statistical errors are about
+    # one.
     np.testing.assert_allclose(ours.normalized[:, 0], expected, atol=0.03)
     assert expected[0] > 0.8 and expected[-1] < 0.3
 

@@ -1,4 +1,5 @@
-"""Denoising: with a stand-in for pyoidn whose answers are known, and with pyoidn itself where that is installed."""
+"""Denoising with a stand-in for pyoidn whose results are known, and with pyoidn itself if it is
+installed."""
 
 import pathlib
 import pickle
@@ -12,7 +13,7 @@ from conftest import load, meters, small
 
 
 class StandIn(types.ModuleType):
-    """Adds ``shift`` to what it is given, and keeps the arguments."""
+    """Adds ``shift`` to its input, and keeps the arguments."""
 
     def __init__(self, shift=0.0):
         super().__init__("pyoidn")
@@ -33,7 +34,7 @@ def stand_in(monkeypatch):
 
 
 def guided():
-    """A diffuse ball under even light, with layers of albedo and normals."""
+    """A diffuse ball under uniform light, with layers of albedo and normals."""
     scene = small()
     scene["integrator"] = {"type": "aov", "aovs": "albedo, sh_normal", "light": {"type": "path"}}
     scene["ball"] = {"type": "sphere", "bsdf": {"type": "diffuse", "reflectance": 0.25}}
@@ -137,7 +138,8 @@ def test_the_extra_is_named(monkeypatch):
 
 
 def test_pyoidn_removes_noise():
-    """A ramp with noise of 0.1: the true one is nearer to what comes out, and little of it is far from what went in."""
+    """For a ramp with noise of 0.1, the output is closer to the true ramp, and changes little of
+    it."""
     pytest.importorskip("pyoidn")
     truth = np.broadcast_to(np.linspace(0.2, 0.8, 96)[None, :, None], (64, 96, 3)) * 1e-9
     error = np.full(truth.shape, 0.1e-9)

@@ -1,6 +1,8 @@
-"""Derivatives of pictures and Jacobians of records: against closed forms, differences and one another; and what is refused.
+"""Derivatives of images and Jacobians of records, compared with closed forms, differences and one
+another; and refused arguments.
 
-Statistical comparisons are at 4.5 standard errors, a false-alarm rate of 7e-6 each, 2e-4 for all of the file; seeds are fixed.
+Statistical comparisons are at 4.5 standard errors, a false-alarm rate of 7e-6 each, 2e-4 for the
+whole file; seeds are fixed.
 """
 
 import copy
@@ -16,7 +18,7 @@ Z = 4.5
 
 
 def lit(**medium):
-    """A lit ball before a wall, in one channel, 6 by 4 pixels."""
+    """A lit ball in front of a wall, in one channel, 6 by 4 pixels."""
     scene = small(**medium)
     scene["sensor"]["film"].update(width=6, height=4, pixel_format="luminance")
     scene["wall"] = {
@@ -70,7 +72,8 @@ def test_each_wavelength_has_derivatives_of_its_own():
 
 
 def test_a_loss_that_is_not_linear_has_a_gradient_without_bias():
-    """Of mean squares, whose derivative by emission is twice them: with a primal of the same samples it would be too large by their variance."""
+    """The derivative of a mean square by emission is twice the mean square; a primal of the same
+    samples would make it too large by their variance."""
     scene = load(lit(), integrator="path")
     truth = morgana.render(scene, spp=4096, seed=9)
     exact = (truth.image.astype(float) ** 2 - truth.variance).sum()
@@ -83,7 +86,8 @@ def test_a_loss_that_is_not_linear_has_a_gradient_without_bias():
 
 
 def shining(tmp_path):
-    """A scene for each kind of image and volume that emits, the name of its emitter, and its values with a channel."""
+    """Returns a scene for each kind of emitting image and volume, the name of its emitter, and its
+    values with a channel."""
     rng = np.random.default_rng(3)
     cube = [{"scale": 2}, {"translate": [-1, -1, -1]}]
     dark = lit()
@@ -121,7 +125,7 @@ def test_emitters_are_linear_in_their_values(tmp_path):
 
 
 def test_colours_of_metals_have_derivatives_by_pixels(tmp_path):
-    """Of pixels that are alike, as much in sum as by one colour: the same paths."""
+    """Derivatives by equal pixels add up to the derivative by one colour, for identical paths."""
     morgana.write(tmp_path / "pixels.exr", np.full((2, 3), 0.75, np.float32))
     image = {"type": "bitmap", "filename": str(tmp_path / "pixels.exr"), "raw": True}
     sums = []
@@ -135,7 +139,7 @@ def test_colours_of_metals_have_derivatives_by_pixels(tmp_path):
 
 
 def test_colours_of_mixtures_have_derivatives():
-    """As those of the same two parts blended: the same paths."""
+    """Derivatives equal those of the two parts blended, for identical paths."""
     matt, metal = {"type": "diffuse", "reflectance": 0.6}, {"type": "roughconductor", "alpha": 0.4}
     found = []
     for bsdf in ({"type": "blendbsdf", "weight": 0.75}, {"type": "mixturebsdf", "weights": "0.25, 0.75"}, {"type": "mixturebsdf", "weights": "0.25, 0.5"}):
@@ -147,14 +151,15 @@ def test_colours_of_mixtures_have_derivatives():
     for name in names:
         assert blend[name].value[0] > 0
         np.testing.assert_allclose(mixture[name].value, blend[name].value, rtol=1e-6)
-    # The rest of 1 is black, and has no colour of its own.
+    # The remainder to 1 is black, and has no colour of its own.
     rest = morgana.derivatives(found[2], names, np.ones((4, 6, 1)), spp=16)
     assert all(rest[name].value[0] > 0 for name in names)
 
 
 @pytest.mark.parametrize("integrator", ["path", "bdpt"])
 def test_light_is_in_proportion_to_a_colour_that_it_met_once(integrator):
-    """Of a sky by way of a mirror or a pane, which a wall of it is: path by path."""
+    """Light of a sky by way of a mirror or a pane, which forms a wall, is proportional to its
+    colour, path by path."""
     mirror = {"type": "conductor", "material": "Al", "specular_reflectance": 0.7}
     pane = {"type": "thindielectric", "specular_reflectance": 0.4, "specular_transmittance": 0.9}
     glass = {**pane, "type": "dielectric", "int_ior": 1.0, "ext_ior": 1.0}
@@ -234,7 +239,7 @@ def test_what_has_no_derivative_is_refused():
     for blurs in ("photon", "sppm", "vcm"):
         photons = load({**lit(), "integrator": {"type": blurs}})
         refused(["fog.sigma_t"], f"light that the integrator {blurs} blurs has no derivatives: take path, particle or bdpt", of=photons)
-        # Before anything is rendered, and by name as well.
+        # The error comes before any rendering, also for integrators by name.
         refused(["fog.sigma_t"], f"integrator {blurs} blurs", by=never, integrator=blurs)
         assert morgana.derivatives(photons, ["fog.sigma_t"], weights, spp=2, integrator="path")["fog.sigma_t"].value.shape == (1,)
     refused(["fog.sigma_t"], "not of aov", of=load({**lit(), "integrator": {"type": "aov", "aovs": "d:depth"}}))
@@ -279,7 +284,7 @@ def test_ctrl_c_in_the_render_of_weights_ends_all(monkeypatch):
 
 
 def detecting(sigma_s, sigma_a):
-    """A ball that scatters, lit from its centre, whose skin keeps records."""
+    """A scattering ball, lit from its centre, whose surface keeps records."""
     scene = copy.deepcopy(meters())
     del scene["sensor"]
     scene["light"]["position"] = [0, 0, 0]
@@ -291,7 +296,7 @@ def detecting(sigma_s, sigma_a):
 
 
 def test_derivatives_of_readings_are_those_of_records():
-    """Both follow the same light; records tell lengths and scatterings of each path."""
+    """Both use the same particles; records contain the lengths and scatterings of each path."""
     scene = detecting(3.0, 0.4)
     names = ["tissue.sigma_a", "tissue.sigma_s", "tissue.albedo", "light.emission"]
     weights = {"power": np.array([1.0, 0.0])}
@@ -320,7 +325,7 @@ def test_jacobians_of_records_are_differences():
         powers = [records(*of).power() for of in (up, down)]
         difference = (powers[0].mean - powers[1].mean) / step
         spread = np.hypot(powers[0].error, powers[1].error) / step
-        # The error of the difference quotient itself is below 1 % of the derivative.
+        # The difference quotient itself has an error below 1 % of the derivative.
         near(column[row, 0], difference[0], error[row, 0], spread[0], 0.01 * column[row, 0] / Z)
     assert np.isnan(here.jacobian().mu_s).all()
     with pytest.raises(ValueError, match="no region is named 'bone'"):
@@ -372,7 +377,7 @@ def test_derivatives_of_initial_pressure_are_those_of_absorbed_power(normalizati
     if several:
         scene["other"] = {key: value for key, value in scene["sensor"].items() if key not in gauge} | {"id": "other"}
     prefix = "tank." if several else ""
-    # Few: what is compared is the same but for a factor.
+    # A few particles are enough, because the compared results agree to a factor.
     loaded, by, few = load(scene), "ink.sigma_a", {"particles": 4000}
     measured = morgana.render(loaded, **few)
     absorbed, p0 = (measured.meters[f"{prefix}{name}"].mean for name in ("absorbed", "p0"))

@@ -1,4 +1,4 @@
-"""Scenes of dictionaries: what arrays say is what files say, and mistakes have places."""
+"""Scenes of dictionaries: arrays equal files of their content, and mistakes have positions."""
 
 import importlib
 import itertools
@@ -243,7 +243,7 @@ def test_fields_at_a_wavelength():
     glass = {"type": "sellmeier", "b1": 1.03961212, "c1": 0.00600069867, "b2": 0.231792344, "c2": 0.0200179144, "b3": 1.01046945, "c3": 103.560653}
     for wavelength, expected in ((479.9914, 1.52283), (656.2725, 1.51432)):
         assert morgana.load_field(glass, wavelength=wavelength).n([0, 0, 0]) == pytest.approx(expected, abs=1e-5)
-    # A gradient-index glass that is measured at one wavelength.
+    # A gradient-index glass measured at one wavelength.
     rod = {**glass, "nested": {"type": "selfoc", "n0": 1.6, "alpha": 0.3}, "reference_wavelength": 589.3}
     ratio = morgana.load_field(rod, wavelength=450).n([0.5, 0, 0]) / morgana.load_field(rod, wavelength=589.3).n([0.5, 0, 0])
     assert ratio == pytest.approx(1.52532 / 1.51673, abs=2e-5)
@@ -312,7 +312,7 @@ def test_axes_with_names_are_put_in_order(names):
     expected = morgana.load_field({**box, "data": values}).n(points)
     for order in ({}, {"axis_order": "zyx"}, {"axis_order": "xzy"}):
         np.testing.assert_array_equal(morgana.load_field({**box, "data": array, **order}).n(points), expected)
-    # Without names of its own, an array is as NumPy has it; the library calls its dimensions dim_0, ….
+    # Without names of dimensions an array follows NumPy's order; the library calls them dim_0, ….
     np.testing.assert_array_equal(morgana.load_field({**box, "data": xarray.DataArray(values)}).n(points), expected)
 
 
@@ -338,7 +338,8 @@ def test_names_of_axes_that_say_nothing_are_refused():
 
 
 class Swizzled:
-    """As points and colours of Dr.Jit: an array that answers to all letters of its components, those of `matrix` too."""
+    """An array like points and colours of Dr.Jit: it has attributes for all letters of its
+    components, including those of `matrix`."""
 
     def __array__(self, dtype=None, copy=None):
         return np.array([1.0, 2.0, 3.0], dtype)

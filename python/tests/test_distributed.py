@@ -1,4 +1,5 @@
-"""Renders that many processes share are those of one, bit for bit, whatever happens to the processes."""
+"""Distributed renders equal the render of one process, bit for bit, whatever happens to the
+processes."""
 
 import concurrent.futures
 import multiprocessing
@@ -18,7 +19,7 @@ SPP = 8
 
 
 def same(found, whole):
-    """All that two results hold."""
+    """Asserts that two results are equal in all fields."""
     np.testing.assert_array_equal(found.image, whole.image)
     np.testing.assert_array_equal(found.variance, whole.variance)
     assert found.stats["counters"] == whole.stats["counters"]
@@ -30,7 +31,7 @@ def same(found, whole):
 
 
 def shared(scene, executor, **options):
-    """A distributed render, whatever is doubtful about it."""
+    """Renders distributed, ignoring warnings."""
     import warnings
 
     with warnings.catch_warnings():
@@ -94,7 +95,7 @@ def test_threads_are_processes_enough():
 
 
 class Failing(concurrent.futures.ThreadPoolExecutor):
-    """Whose tasks fail so many times before they succeed."""
+    """An executor whose tasks fail a number of times before they succeed."""
 
     def __init__(self, failures, error):
         super().__init__(2)
@@ -119,7 +120,7 @@ def test_lost_parts_are_tried_again():
     with Failing(5, OSError("gone")) as pool:
         with pytest.raises(morgana.RenderError, match="part 0 failed: OSError: gone"):
             shared(small(), pool, spp=SPP, shards=1, retries=3)
-    # What would fail again is not tried again.
+    # A task that would fail again is not repeated.
     with Failing(1, morgana.RenderError("wrong")) as pool:
         with pytest.raises(morgana.RenderError, match="wrong"):
             shared(small(), pool, spp=SPP)
@@ -163,7 +164,7 @@ def test_a_scene_that_changes_meanwhile_is_noticed(tmp_path):
 
     class Changing(concurrent.futures.ThreadPoolExecutor):
         def submit(self, *task):
-            # At once: an earlier task may be reading.
+            # Replace the file at once: an earlier task may be reading it.
             other = tmp_path / "other.json"
             other.write_text(text.format(2.0))
             other.replace(path)
@@ -174,7 +175,7 @@ def test_a_scene_that_changes_meanwhile_is_noticed(tmp_path):
             shared(path, pool, spp=2)
 
 
-# Dask and what it builds on warn of what they do themselves.
+# Dask and its dependencies cause warnings by themselves.
 @pytest.mark.filterwarnings("ignore")
 class TestDask:
     @pytest.fixture(scope="class")
@@ -195,7 +196,7 @@ class TestDask:
         killed = []
 
         def kill(share):
-            # Two workers of three, each in the middle of something.
+            # Kill two workers of three, each in the middle of a task.
             if len(killed) < 2 and share > 0.2 * (1 + len(killed)):
                 pids = client.run(os.getpid)
                 pid = next(p for p in pids.values() if p not in killed)

@@ -1,4 +1,4 @@
-"""The documents: their Python code and scenes, as they stand there, and their links."""
+"""The documents: their Python code and scenes, run verbatim, and their links."""
 
 import os
 import re
@@ -41,7 +41,7 @@ def test_examples_run(name, tmp_path, monkeypatch):
 
 @pytest.mark.filterwarnings("ignore::morgana.SceneWarning")
 def test_processes_start_from_a_script(tmp_path):
-    """Where each process imports the script again."""
+    """Each process imports the script again."""
     (example,) = [block for block in blocks("docs/python.md", "python") if "ProcessPoolExecutor" in block]
     assert example.count(", result.image") == 1
     (tmp_path / "scenes").symlink_to(ROOT / "scenes")
@@ -61,7 +61,7 @@ def test_scenes_load(name, tmp_path):
 
 
 def commands(name):
-    """The commands of a page, each with what it prints."""
+    """Returns the commands of a page, each with its output."""
     return [tuple(part.split("\n", 1)) for block in blocks(name, "console") for part in re.split(r"^\$ ", block, flags=re.MULTILINE)[1:]]
 
 
@@ -72,17 +72,17 @@ def test_info_is_as_pages_show_it(command, printed, tmp_path):
     (tmp_path / "scenes").symlink_to(ROOT / "scenes")
     path = {**os.environ, "PATH": f"{PROGRAM.parent}{os.pathsep}{os.environ['PATH']}"}
     done = subprocess.run(command, shell=True, cwd=tmp_path, env=path, capture_output=True, text=True, check=True)
-    # Pages leave notes about Mitsuba out.
+    # Pages omit notes about Mitsuba.
     assert done.stdout.split("\n\nnote[")[0].rstrip() == printed.rstrip()
 
 
 def prose(path):
-    """A document without its code."""
+    """Returns a document without its code."""
     return re.sub(r"^```.*?^```", "", path.read_text(), flags=re.DOTALL | re.MULTILINE)
 
 
 def anchors(path):
-    """The anchors that GitHub gives the headings of a document."""
+    """Returns the anchors that GitHub gives the headings of a document."""
     headings = re.findall(r"^#+ (.*)", prose(path), re.MULTILINE)
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
 

@@ -1,4 +1,5 @@
-"""Phases of ultrasound arrays: the sum of elements against whole arrays, derivatives against differences, a focus found against time reversal."""
+"""Phases of ultrasound arrays: the sum of elements compared with whole arrays, derivatives with
+differences, and an optimised focus with time reversal."""
 
 import morgana
 import numpy as np
@@ -44,7 +45,8 @@ def test_the_array_is_the_sum_of_its_elements(array):
 
 
 def test_phases_for_a_focus_are_those_of_time_reversal(array):
-    """The largest intensity in a point is that of elements in phase there: of a pulse that went out from it and is sent back."""
+    """The largest intensity at a point occurs if all elements are in phase there: the phases of a
+    time-reversed pulse from that point."""
     optimize = pytest.importorskip("scipy.optimize")
     at = tuple(np.argwhere(np.all(np.abs(array.positions - [1.0, 0.0, 8.0]) < 1e-9, axis=-1))[0])
 
@@ -63,7 +65,8 @@ def test_phases_for_a_focus_are_those_of_time_reversal(array):
     reversed_ = -np.angle(array.amplitudes[(slice(None), *at)])
     apart = np.exp(1j * (found.x - reversed_))
     np.testing.assert_allclose(apart / apart[0], 1, atol=1e-4)
-    # And nearly those of the delays of geometry: elements are small against their distance, and the wavelength not.
+    # They nearly equal the geometric delays: elements are small compared with their distance, but
+    # not compared with the wavelength.
     of_geometry = amplitude({**ARRAY, "focus": [1.0, 0.0, 8.0]})[at]
     assert abs(of_geometry) ** 2 / scale > 0.95
 
@@ -76,7 +79,7 @@ def test_losses_of_rays_by_phases(array):
     value = lambda phases: np.sum(by_ends * rays.forward(array.field(np.exp(1j * phases))).directions)  # noqa: E731
     by = rays.vjp(array.field(np.exp(1j * start)), directions=by_ends).parameters["amplitude"]
     found = array.by_phases(np.exp(1j * start), by)
-    # Samples are f32: an index of 1.333 is rounded to 1e-7 of amplitudes of 3e-5.
+    # Samples are f32: an index of 1.333 is rounded to 1e-7, with amplitudes of 3e-5.
     for i in range(8):
         step = 0.2 * np.eye(8)[i]
         expected = (8 * (value(start + step) - value(start - step)) - (value(start + 2 * step) - value(start - 2 * step))) / 2.4

@@ -1,4 +1,5 @@
-"""Meshes of other programs, resampled: the values of a known field, the stated error, and what is wrong."""
+"""Meshes of other programs, resampled: values of a known field, the reported error, and refused
+meshes."""
 
 import importlib
 import re
@@ -27,7 +28,7 @@ def box():
 
 
 def error(sampled):
-    """Of all samples against the field."""
+    """Returns the errors of all samples against the field."""
     axes = [o + d * np.arange(n) for o, d, n in zip(sampled.origin, sampled.spacing, sampled.values.shape[::-1])]
     places = np.stack(np.meshgrid(*axes[::-1], indexing="ij")[::-1], axis=-1)
     return np.abs(sampled.values - jet(places)).max()
@@ -58,7 +59,7 @@ def test_every_kind_of_mesh_has_the_same_values(box, tmp_path):
 def test_the_stated_error_is_that_of_the_spline(box):
     coarse = flow.sample(box, "rho/rho0 (%)", spacing=0.2)
     volume = coarse.volume("bspline")
-    # A contrast so small that n² is as good as linear in n.
+    # The contrast is so small that n² is practically linear in n.
     field = morgana.load_field({**volume, "data": 1 + 1e-4 * volume["data"]})
     difference = (field.n(np.asarray(box.points, float)) - 1) / 1e-4 - box["rho/rho0 (%)"]
     assert coarse.error.rms == pytest.approx(np.sqrt(np.mean(difference**2)), rel=1e-3)
@@ -70,7 +71,7 @@ def test_the_stated_error_is_that_of_the_spline(box):
 
 def test_the_spacing_is_that_of_the_cells_by_default(box):
     np.testing.assert_allclose(flow.sample(box, "rho/rho0 (%)").spacing, (0.1, 0.08, 0.05))
-    # A quarter of a shell, which fills little of its box: cells of 0.05 by 0.05 by 0.1.
+    # A quarter of a shell fills little of its box: cells of 0.05 by 0.05 by 0.1.
     r, turn, z = np.meshgrid(np.arange(1, 1.21, 0.05), np.linspace(0, np.pi / 2, 33), np.arange(0, 1.01, 0.1), indexing="ij")
     shell = pyvista.StructuredGrid(r * np.cos(turn), r * np.sin(turn), z)
     shell["rho"] = shell.points[:, 0]
@@ -104,7 +105,7 @@ def test_what_is_outside(box):
     assert filled.outside == pytest.approx(10 / 31)
     continued = flow.sample(box, "rho/rho0 (%)", spacing=0.1, bounds=bounds)
     np.testing.assert_allclose(continued.values[:, 5, 0], continued.values[:, 5, 10], atol=0.02)
-    # Constant goes on constant.
+    # Beyond the mesh, a constant stays constant.
     box["one"] = np.ones(box.n_points)
     one = flow.sample(box, "one", spacing=0.1, bounds=bounds)
     np.testing.assert_allclose(one.values, 1)
@@ -119,7 +120,7 @@ def test_half_planes_are_revolved():
     z, y, x = np.meshgrid(*[np.arange(n) * 0.05 for n in (41, 61, 41)], indexing="ij")
     radius = np.hypot(x - 1, z - 1)
     inside = radius < 0.99
-    # Linear interpolation of the plane: h²/8 of the second derivative, 8.
+    # Linear interpolation of the plane has an error of h²/8 of the second derivative, 8.
     assert np.abs(whole.values - 1.2 + 0.4 * np.exp(-(radius**2) / 0.1))[inside].max() < 8e-4
     assert whole.outside == pytest.approx(1 - np.pi / 4, abs=0.05)
     with pytest.raises(flow.FlowError, match="what is revolved is planar"):
@@ -145,7 +146,7 @@ def test_planes_on_either_side_of_the_axis_are_revolved(low, high, of_cells):
     assert np.abs(whole.values - expected[..., None])[radius < 0.95].max() < 1e-3
     assert whole.values.shape == (41, 41, 5)
     assert whole.error.points == (plane.n_cells if of_cells else plane.n_points)
-    # The other side, where it is there, is compared.
+    # The other half-plane, if it exists, is compared.
     wrong = plane.copy()
     data = wrong.cell_data if of_cells else wrong.point_data
     places = wrong.cell_centers().points if of_cells else wrong.points
@@ -156,7 +157,8 @@ def test_planes_on_either_side_of_the_axis_are_revolved(low, high, of_cells):
 
 
 def solids(kind, of_points):
-    """A box with a cylinder in it that is hidden, or has no value, and the cells of this cylinder."""
+    """Returns a box with a cylinder inside that is hidden, or has no value, and the cells of the
+    cylinder."""
     grid = pyvista.ImageData(dimensions=(21, 21, 21), spacing=(0.1,) * 3)
     grid["rho"] = np.where(np.hypot(grid.points[:, 0] - 1, grid.points[:, 2] - 1) < 0.35, 0.0, 1.2)
     inside = np.hypot(grid.cell_centers().points[:, 0] - 1, grid.cell_centers().points[:, 2] - 1) < 0.45
@@ -188,16 +190,16 @@ def test_hidden_cells_are_outside(extension, of_points, tmp_path):
         mesh = flow.read(tmp_path / f"solid{extension}")
     sampled = flow.sample(mesh, "rho", spacing=0.1, outside=7.0)
     values = sampled.values[..., :21]
-    # In the axis of the cylinder, as VTK's own probe says.
+    # On the axis of the cylinder, VTK's own probe gives this value.
     assert np.all(values[10, :, 10] == 7)
     assert np.all(np.isclose(values, 1.2) | (values == 7))
     assert sampled.outside == pytest.approx(np.mean(sampled.values == 7))
     assert sampled.outside > 0.005
     assert f"{100 * sampled.outside:.2g} % outside" in repr(sampled)
-    # The spline through what was filled is not that of the mesh beside it.
+    # A spline through filled samples differs from the adjacent mesh.
     assert sampled.error.largest < 1e-6
     assert flow.sample(mesh, "rho", spacing=0.07, outside=7.0).error.largest > 0.5
-    # Without a value, that of what is visible.
+    # Cells without a value get the value of visible ones.
     np.testing.assert_allclose(flow.sample(mesh, "rho", spacing=0.1).values, 1.2)
 
 
@@ -226,7 +228,7 @@ def test_all_hidden_is_an_error():
 
 
 def test_wedges_are_revolved():
-    # Five degrees about z, as OpenFOAM has axisymmetric flows: values at cells.
+    # Five degrees about z, like axisymmetric flows of OpenFOAM, with values at cells.
     turn = np.radians([-2.5, 2.5])
     z, r, turn = np.meshgrid(np.linspace(0, 3, 61), np.linspace(0, 1, 41), turn, indexing="ij")
     wedge = pyvista.StructuredGrid(r * np.cos(turn), r * np.sin(turn), z).cast_to_unstructured_grid()
@@ -237,10 +239,10 @@ def test_wedges_are_revolved():
     radius = np.hypot(*np.meshgrid(*axes[:2]))
     inside = radius < 0.95
     differences = np.abs(whole.values - 1.2 + 0.4 * np.exp(-(radius**2) / 0.1))[:, inside]
-    # Means over cells of 0.025 about the axis, where the second derivative is 8.
+    # Errors of means over cells of 0.025 about the axis, where the second derivative is 8.
     assert differences.max() < 4e-3
     assert 0 < whole.error.rms < whole.error.largest < 4e-3
-    # A grid that is coarse along y only: the error is of all directions, not only that of the wedge.
+    # The grid is coarse along y only: the error refers to all directions, not only to the wedge's.
     coarse = flow.sample(wedge, "rho", revolve="z", spacing=(0.05, 0.5, 0.05), outside=1.2)
     assert coarse.error.largest > 0.03
     with pytest.raises(flow.FlowError, match="a wedge of at most 20°"):
@@ -265,8 +267,9 @@ def test_radii_of_wedges_are_those_of_points_and_of_centres_of_cells(layers, of_
     places = np.stack(np.meshgrid(*axes[::-1], indexing="ij")[::-1], axis=-1)
     radius = np.hypot(places[..., 1], places[..., 2])
     differences = np.abs(whole.values - rho(places))[(radius > 0.05) & (radius < 0.95)]
-    # Linear interpolation: h²/8 of the second derivative, 8, and as much for means of cells. Two cells have their centres nearer to the
-    # axis than the points between them, by 0.4 %. One wedge whose radii were those of its middle would be wrong by 4e-3.
+    # Linear interpolation has an error of h²/8 of the second derivative, 8, and means of cells as
+    # much. The centres of two cells are nearer to the axis than the points between them, by 0.4 %.
+    # A single wedge with the radii of its middle would be off by 4e-3.
     assert differences.max() < (1.5e-3 if of_cells and layers == 2 else 5e-4)
     assert whole.error.rms < 1e-3
     # Cells end where their middle does.
@@ -288,7 +291,7 @@ def test_planes_continue_across_their_thickness():
 
 
 def foam(folder, times):
-    """A case of OpenFOAM: two cubes on top of one another, with a temperature in each."""
+    """An OpenFOAM case: two cubes on top of one another, with a temperature in each."""
 
     def write(name, kind, text):
         path = folder / name
@@ -315,11 +318,11 @@ def foam(folder, times):
 def test_cases_of_openfoam_keep_their_cells(tmp_path):
     case = foam(tmp_path, [300, 400])
     mesh = flow.read(case)
-    # Without the walls, and without values that VTK makes at points.
+    # Walls are left out, and values that VTK makes at points.
     assert (mesh.n_cells, mesh.point_data.keys()) == (2, [])
     np.testing.assert_array_equal(mesh.cell_data["T"], [400, 500])
     np.testing.assert_array_equal(flow.read(case, time=300).cell_data["T"], [300, 400])
-    # The folder stands for the case, too.
+    # The folder may stand for the case, too.
     (case.parent / "case.foam").unlink()
     folder = flow.read(case.parent)
     assert (folder.n_cells, folder.point_data.keys()) == (2, [])
@@ -330,7 +333,8 @@ def test_cases_of_openfoam_keep_their_cells(tmp_path):
     with pytest.raises(flow.FlowError, match="has no time 350; it has 300, 400"):
         flow.read(case, time=350)
     sampled = flow.sample(mesh, "T", shape=(2, 2, 3))
-    # Points have the means of their cells, and the error says how far these are from the values of the cells.
+    # Points have the means of their cells, and the error states how far these are from the cells'
+    # values.
     np.testing.assert_allclose(sampled.values[:, 0, 0], [400, 450, 500])
     assert sampled.error.points == 2
     assert sampled.error.rms == pytest.approx(25, rel=1e-3)
@@ -350,12 +354,12 @@ def test_blocks_and_pieces(box, tmp_path):
 def test_blocks_of_volume_and_surface_cells_are_volumes(tmp_path):
     left = pyvista.ImageData(dimensions=(6, 6, 6), spacing=(0.2,) * 3).triangulate()
     skin = left.extract_surface(algorithm="dataset_surface").triangulate().cast_to_unstructured_grid()
-    # Walls first, as meshers write them.
+    # Meshers write walls first.
     left = pyvista.MultiBlock([skin, left]).combine(merge_points=True)
     right = pyvista.ImageData(dimensions=(6, 6, 6), spacing=(0.2,) * 3, origin=(1, 0, 0)).triangulate()
     for mesh in (left, right):
         mesh.clear_data()
-        # Values of walls are another matter.
+        # Give walls another value, to see that it is not used.
         centers = mesh.cell_centers().points[:, 0]
         mesh.cell_data["rho"] = np.where([mesh.get_cell(i).dimension == 2 for i in range(mesh.n_cells)], 99, 1.2 - 0.3 * centers)
         mesh["T"] = 300 + mesh.points[:, 0]
@@ -369,7 +373,7 @@ def test_blocks_of_volume_and_surface_cells_are_volumes(tmp_path):
 
 
 def test_surfaces_and_points_are_not_volumes():
-    """Their values between are not known; VTK would take places near a surface for places in it."""
+    """Values between them are unknown; VTK would count points near a surface as inside."""
     surface = _with(pyvista.Sphere())
     for mesh in (surface, surface.extract_all_edges(), pyvista.PolyData(surface.points, verts=np.c_[np.ones(surface.n_points, int), np.arange(surface.n_points)])):
         with pytest.raises(flow.FlowError, match="Give the mesh of the volume"):
@@ -378,7 +382,7 @@ def test_surfaces_and_points_are_not_volumes():
 
 @pytest.mark.parametrize("reconstructed", [None, [300]])
 def test_decomposed_cases_of_openfoam(reconstructed, tmp_path, capfd):
-    # The case as a whole has no mesh, or not all times.
+    # The case as a whole lacks a mesh, or some times.
     case = foam(tmp_path, reconstructed) if reconstructed else tmp_path / "case.foam"
     for part in (0, 1):
         foam(tmp_path / f"processor{part}", [300, 400])
@@ -389,7 +393,7 @@ def test_decomposed_cases_of_openfoam(reconstructed, tmp_path, capfd):
     case.write_text("")
     mesh = flow.read(case)
     assert flow.read(tmp_path).n_cells == mesh.n_cells
-    # Twelve points each, of which six are common.
+    # Each has twelve points, six of them common.
     assert (mesh.n_cells, mesh.n_points) == (4, 18)
     assert sorted(mesh.cell_data["T"]) == [400, 400, 500, 500]
     np.testing.assert_allclose(mesh.bounds, (0, 2, 0, 1, 0, 2))
@@ -436,7 +440,7 @@ def test_boxes_hold_the_samples(box):
     clear = {"type": "transparent", "ior": sampled.volume(constant=2.27e-4, reference=1.2)}
     sensor = {"type": "perspective", "to_world": [{"lookat": {"origin": [0, 0, 5], "target": [0, 0, 0], "up": [0, 1, 0]}}]}
     scene = load({"type": "scene", "sensor": sensor, "sky": {"type": "constant"}, "jet": sampled.box(clear)})
-    # Straight through the jet, a corner, and beside it.
+    # Trace rays through the jet, through a corner, and beside it.
     rays = morgana.trace(scene, [[0, 0, 5], [0.99, 0.95, 5], [1.01, 0, 5]], [0, 0, -1])
     for ray in (rays[0], rays[1]):
         np.testing.assert_allclose(ray.points[[1, -2], 2], [1.5, 0], atol=1e-9)
@@ -450,7 +454,7 @@ def test_densities_of_gases():
         flow.density(101325, [300, -3])
     with pytest.raises(ValueError, match="absolute"):
         flow.density([0, 101325], 300)
-    # A mixture with helium.
+    # Test a mixture with helium.
     np.testing.assert_allclose(flow.density(1e5, 300, [28.9647e-3, 4.0026e-3]), [1.1612, 0.16047], rtol=1e-4)
     for mass in (0, -0.029, float("nan"), float("inf"), [0.029, 0.0]):
         with pytest.raises(ValueError, match="molar masses must be positive and finite"):

@@ -1,4 +1,5 @@
-"""Derivatives of rays, against differences, closed forms and their own transposes; what users are told."""
+"""Derivatives of rays, compared with differences, closed forms and their own transposes; and
+messages for invalid arguments."""
 
 import os
 import subprocess
@@ -38,13 +39,13 @@ def loss(ends):
 
 
 def slope(f, h):
-    """f′(0) by central differences, extrapolated once."""
+    """Returns f′(0) by central differences, extrapolated once."""
     central = lambda h: (f(h) - f(-h)) / (2 * h)  # noqa: E731
     return (4 * central(h / 2) - central(h)) / 3
 
 
 def test_gradients_are_those_of_differences():
-    # Coefficients are f32: differences over 4e-3 are good to 1e-5 or so.
+    # Coefficients are f32: differences over 4e-3 are accurate to about 1e-5.
     index, (origins, directions) = samples(), starts()
     gradient = bundle(origins, directions).vjp(index, **WEIGHTS)
     assert gradient.field.shape == SHAPE
@@ -87,7 +88,7 @@ def test_rays_from_elsewhere():
 
 
 def test_parameters_of_a_field():
-    # A weak bump turns rays by −√(2π) Δ (b/w) exp(−b²/2w²).
+    # A weak bump deflects rays by −√(2π) Δ (b/w) exp(−b²/2w²).
     b, w = 0.4, 0.5
     field = morgana.load_field({"type": "gaussian", "n0": 1.0, "delta": 1e-7, "width": w})
     rays = grad.Rays([[b, 0, -5]], [0, 0, 1], exit=grad.Plane((0, 0, 5), (0, 0, 2)), tolerance=1e-10)

@@ -1,4 +1,5 @@
-"""Derivatives of rays through lenses, by all parameters of fields and surfaces, forward and backward; what users are told."""
+"""Derivatives of rays through lenses with respect to all parameters of fields and surfaces, forward
+and backward; and messages for invalid arguments."""
 
 import itertools
 
@@ -71,7 +72,7 @@ def loss(ends):
 
 
 def slope(f, h):
-    """f′(0) by central differences, extrapolated once."""
+    """Returns f′(0) by central differences, extrapolated once."""
     central = lambda h: (f(h) - f(-h)) / (2 * h)  # noqa: E731
     return (4 * central(h / 2) - central(h)) / 3
 
@@ -171,7 +172,8 @@ FIELDS = [
 @pytest.mark.filterwarnings("ignore:.*samples are of waves:morgana.SceneWarning")
 @pytest.mark.parametrize(("volume", "names"), FIELDS, ids=lambda value: value["type"] if isinstance(value, dict) else "")
 def test_every_type_of_field(volume, names):
-    """Names, values and transposes here; tests of the compiled part compare every number with differences."""
+    """Checks names, values and transposes; tests of the compiled part compare every number with
+    differences."""
     field = morgana.load_field(volume)
     numbers = grad.parameters(field)
     assert set(numbers) - {"to_world"} == set(names.split()) - {"to_world"}
@@ -196,13 +198,14 @@ def test_every_type_of_field(volume, names):
     ids=["gas", "atmosphere", "glass", "graded glass"],
 )
 def test_fields_that_are_made_into_others_have_the_parameters_of_these(volume, names):
-    """As the table of docs/guides/inverse-problems.md#parameters-of-fields says."""
+    """Parameters agree with the table of docs/guides/inverse-problems.md#parameters-of-fields."""
     wavelength = 550.0 if volume["type"] == "cauchy" else None
     assert list(grad.parameters(morgana.load_field(volume, wavelength=wavelength))) == names.split()
 
 
 def test_an_ellipsoid_has_no_spherical_aberration():
-    """From air into glass of index n, a surface of conic −1/n² has one focus for all rays parallel to its axis, at a distance nR/(n − 1)."""
+    """From air into glass of index n, a surface of conic −1/n² focuses all rays parallel to its
+    axis at the distance nR/(n − 1)."""
     optimize = pytest.importorskip("scipy.optimize")
     n, radius = 1.6, 1.0
     heights = np.linspace(0.05, 0.6, 12)

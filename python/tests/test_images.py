@@ -1,4 +1,4 @@
-"""Files of images and readings, and comparisons."""
+"""Files of images and readings, and comparisons of images."""
 
 import json
 
@@ -74,7 +74,7 @@ def test_arrays_are_images(tmp_path, shape):
     morgana.write(tmp_path / "image.exr", values[::-1], attributes={"note": "upside down"})
     image = morgana.read(tmp_path / "image.exr")
     stored = values[::-1].astype(np.float32).reshape(5, 7, -1)
-    # EXR files sort channels by their names.
+    # EXR files sort channels by name.
     order = [image.channels[""].index(c) for c in ({1: "Y", 3: "RGB"}.get(stored.shape[2], "01"))]
     np.testing.assert_array_equal(image.image[:, :, order], stored)
     assert image.attributes["note"] == "upside down"
@@ -115,12 +115,13 @@ def test_renders_differ_by_their_noise():
     scene = load(small())
     a, b = (morgana.render(scene, spp=64, seed=seed) for seed in (1, 2))
     found = morgana.compare(a, b)
-    # Fixed seeds. Of some hundred pixels; the limit is that of one false alarm in 1000 such comparisons.
+    # Seeds are fixed. About a hundred pixels are compared; the limit has one false alarm in 1000
+    # comparisons.
     assert found.z["largest"] < found.z["limit"] and 0.5 < found.z["mean_square"] < 2
 
 
 def test_pictures_are_exposed_unless_told_otherwise(tmp_path):
-    """A grey of 0.1: log₂ of 0.5 by it is 2.3, hence 2.5 stops, as in the rule of docs/images.md."""
+    """For a grey of 0.1, log₂(0.5/0.1) is 2.3, hence 2.5 stops, by the rule of docs/images.md."""
     dark = np.full((4, 6, 3), 0.1)
     assert morgana.exposure(dark) == 2.5
     assert morgana.exposure(np.zeros((2, 2))) == morgana.exposure(np.full((2, 2), np.nan)) == 0
@@ -130,7 +131,7 @@ def test_pictures_are_exposed_unless_told_otherwise(tmp_path):
         morgana.write(path, dark, **options)
         levels[name] = ((imread(path)[..., :3].mean() + 0.055) / 1.055) ** 2.4
         assert (b"exposure" in path.read_bytes()) == (name != "plain")
-        # It is undone where the file is read.
+        # Reading the file undoes the exposure.
         assert morgana.read(path).image.mean() == pytest.approx(0.1, rel=0.02)
     assert levels["auto"] == levels["given"] == pytest.approx(0.1 * 2**2.5, rel=0.01)
     assert levels["plain"] == pytest.approx(0.1, rel=0.02)

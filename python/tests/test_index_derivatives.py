@@ -1,4 +1,5 @@
-"""Derivatives of pictures by the index of media that scatter: shapes, names, bits, and what is refused. Rust's tests compare them with differences."""
+"""Derivatives of images with respect to the index of scattering media: shapes, names, bits, and
+refused arguments. Rust's tests compare them with differences."""
 
 import morgana
 import numpy as np
@@ -10,18 +11,18 @@ BUMP = {"type": "gaussian", "n0": 1.3, "delta": 0.05, "width": 0.4}
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path, monkeypatch):
-    """Images lie in a folder of their own."""
+    """A folder for the images."""
     monkeypatch.chdir(tmp_path)
 
 
 def written(name, pattern):
-    """The name of a file with a grey image."""
+    """Writes a file with a grey image. Returns its name."""
     morgana.write(name, pattern.astype(np.float32))
     return name
 
 
 def foggy(ior=BUMP, **medium):
-    """A ball of fog before a smooth sky, 6 by 4 pixels in one channel."""
+    """A ball of fog in front of a smooth sky, 6 by 4 pixels in one channel."""
     scene = small(sigma_t=1.5, albedo=0.9, ior=ior, **medium)
     scene["sensor"]["film"].update(width=6, height=4, pixel_format="luminance")
     scene["ball"]["interior"]["id"] = "fog"
@@ -50,7 +51,8 @@ def test_derivatives_have_the_shapes_of_indices_and_the_same_bits():
 
 
 def test_derivatives_by_samples_add_up_to_those_by_a_formula():
-    """The samples of a bump, times what they change by with its height: grids resolve it to a per cent."""
+    """The derivatives by samples of a bump, weighted by the samples' change with its height, add up
+    to the derivative by the height: grids resolve it to a per cent."""
     z, y, x = np.meshgrid(*3 * [np.linspace(-1, 1, 21)], indexing="ij")
     shape = np.exp(-(x**2 + y**2 + z**2) / (2 * 0.4**2))
     grid = {"type": "bspline", "data": 1.3 + 0.05 * shape, "placement": "nodes", "to_world": [{"scale": 2}, {"translate": [-1, -1, -1]}]}
@@ -93,7 +95,8 @@ def test_scenes_whose_light_jumps_are_refused():
 
 
 def test_fog_with_a_colour_is_grey_where_its_channels_are_alike():
-    """Channels of the same extinction have the same derivative, to rounding; one of less has another."""
+    """Channels of equal extinction have equal derivatives, to rounding; a channel with less
+    extinction has another."""
     scene = foggy()
     scene["ball"]["interior"]["sigma_t"] = {"type": "rgb", "value": [1.5, 1.5, 0.2]}
     scene["sensor"]["film"]["pixel_format"] = "rgb"
@@ -107,7 +110,7 @@ def test_fog_with_a_colour_is_grey_where_its_channels_are_alike():
 
 
 def smoke(size=2.2, **grid):
-    """The ball with voxels of extinction, of which some are empty, in a box of this size."""
+    """The ball with voxels of extinction, some of them empty, in a box of this size."""
     pattern = 4 * np.modf(np.arange(5**3).reshape(5, 5, 5) * 0.377)[0] - 1
     where = [{"translate": [-0.5, -0.5, -0.5]}, {"scale": size}]
     volume = {"type": "gridvolume", "data": np.maximum(pattern, 0), "placement": "centers", "to_world": where, **grid}
@@ -123,7 +126,7 @@ def test_smoke_has_derivatives_unless_it_jumps():
     for match, other in [("jumps from voxel to voxel", smoke(filter_type="nearest")), ("of 'fog' ends within its shapes", smoke(1.2))]:
         with pytest.raises(morgana.RenderError, match=match):
             morgana.derivatives(load(other), ["fog.ior"], weights(), spp=8)
-    # It may end where it is empty.
+    # The grid may end where it is empty.
     data = np.pad(np.ones((3, 3, 3)), 1)
     assert np.isfinite(morgana.derivatives(load(smoke(1.2, data=data)), ["fog.ior"], weights(), spp=8)["fog.ior"].value).all()
 
@@ -165,7 +168,7 @@ def test_silhouettes_of_glass_that_rays_graze_are_refused():
 
 
 def test_polarised_light_is_refused():
-    """The picture of the integrator stokes is another one, also where it is not told apart."""
+    """The image of the integrator stokes differs, also if its layers are not separate."""
     scene = load({**foggy(), "integrator": {"type": "stokes", "nested": {"type": "path"}}})
     for name in ["fog.ior", "fog.sigma_a"]:
         with pytest.raises(morgana.RenderError, match="leave out the integrator stokes"):
@@ -173,7 +176,7 @@ def test_polarised_light_is_refused():
 
 
 def test_lost_paths_are_counted(monkeypatch):
-    """That there are some takes long: between perfect mirrors."""
+    """Lost paths take long: between perfect mirrors."""
     found = morgana.derivatives(load(foggy()), ["fog.ior"], weights(), spp=2)["fog.ior"]
     monkeypatch.setattr(morgana._morgana, "differentiate_index", lambda *_: ([(found.value, found.error)], (48, 3), False))
     with pytest.warns(morgana.SceneWarning, match="3 of 48 paths were lost"):
@@ -202,7 +205,8 @@ def test_a_panel_must_be_dark_at_its_edge():
 
 
 def test_derivatives_that_single_paths_make_up_are_told():
-    """From within a steep ball of thin fog, rays that total reflection catches bring more the longer they go; short paths are fine."""
+    """Within a steep ball of thin fog, totally reflected rays contribute more the longer they go;
+    short paths cause no warning."""
     steep = {"type": "linear_square", "n0": 5.5**0.5, "slope": [4.0, 0, 0]}
     scene = foggy(steep)
     scene["ball"]["bsdf"] = {"type": "dielectric"}

@@ -1,5 +1,8 @@
-"""Layers as labels of voxels, against the tables of MCML (L. Wang, S. L. Jacques and L. Zheng, Comput. Methods Programs Biomed. 47, 1995) and against
-a slab that is a cube. Each comparison is at 4 standard errors (6e-5); there are 24."""
+"""Layers as labels of voxels, compared with the tables of MCML and with a slab that is a cube.
+
+MCML: L. Wang, S. L. Jacques and L. Zheng, Comput. Methods Programs Biomed. 47, 1995. Each
+comparison is at 4 standard errors (6e-5); there are 24.
+"""
 
 import morgana
 import numpy as np
@@ -9,7 +12,7 @@ WIDE = 200.0
 
 
 def layers(heights, properties, particles, seed):
-    """What leaves layers of voxels, the first of which the light meets first."""
+    """Returns the light that leaves layers of voxels, of which the light meets the first one first."""
     labels = np.repeat(np.arange(1, len(heights) + 1), heights).reshape(-1, 1, 1)
     depth = 0.1 * len(labels)
     tissue = {
@@ -34,7 +37,8 @@ def agrees(power, exact, tolerance=0.0):
 
 
 def test_a_slab_of_matched_index():
-    """Table 1: van de Hulst's slab of μ_a = 1, μ_s = 9, g = 0.75, 0.2 thick; six digits from adding and doubling."""
+    """MCML's table 1: van de Hulst's slab of μ_a = 1, μ_s = 9, g = 0.75, 0.2 thick; six digits from
+    adding and doubling."""
     records, (back, through) = layers([1, 1], [[1, 9, 0.75, 1]] * 2, 200_000, 1)
     assert agrees(records.power(back), 0.097395)
     assert agrees(records.power(through), 0.660958)
@@ -44,7 +48,7 @@ def test_a_slab_of_matched_index():
         "faces": {"type": "irradiancemeter", "id": "faces", "records": True},
     }
     other, (other_back, other_through) = leaving(cube, 0.2, 200_000, 2)
-    # By angle: unscattered light is in the last bin.
+    # By angle: the last bin contains the unscattered light.
     edges = np.linspace(0, 1, 11)
     for chosen, others in [(back, other_back), (through, other_through)]:
         for low, high in zip(edges, edges[1:]):
@@ -56,8 +60,10 @@ def test_a_slab_of_matched_index():
 
 
 def test_three_layers():
-    """Those of C. M. Gardner and A. J. Welch, for which MCML has a diffuse reflectance of 0.2375 and a transmittance of 0.0965, in units of cm; their own
-    are 0.2381 and 0.0974, so that neither is known to better than 1e-3. The table counts no light that is reflected before it enters."""
+    """Layers of C. M. Gardner and A. J. Welch, for which MCML has a diffuse reflectance of 0.2375
+    and a transmittance of 0.0965, in units of cm. Their own values are 0.2381 and 0.0974, so that
+    neither is known to better than 1e-3. The table counts no light that is reflected before it
+    enters."""
     properties = [[1, 100, 0.9, 1.37], [1, 10, 0.0, 1.37], [2, 10, 0.7, 1.37]]
     records, (back, through) = layers([1, 1, 2], properties, 100_000, 3)
     assert agrees(records.power(back), 0.2375, 1e-3)
@@ -67,7 +73,8 @@ def test_three_layers():
 
 @pytest.mark.parametrize("first", [0, 1])
 def test_the_order_of_layers_counts(first):
-    """Without this the test above would prove little: with the last layer in another place they reflect otherwise."""
+    """Check the power of the test above: with the last layer in another place the reflectance
+    differs."""
     properties = [[1, 100, 0.9, 1.37], [1, 10, 0.0, 1.37], [2, 10, 0.7, 1.37]]
     properties[first], properties[2] = properties[2], properties[first]
     records, (back, _) = layers([1, 1, 2], properties, 100_000, 3)

@@ -1,4 +1,4 @@
-"""Configurations of MCX: the scene of a dictionary is that of the same input file."""
+"""Configurations of MCX: a dictionary gives the scene of the equivalent input file."""
 
 import json
 
@@ -92,7 +92,7 @@ def test_patterns_are_columns_and_rows(tmp_path):
     }))
     results = [morgana.render(scene, seed=1).meters["fluence"].mean for scene in (by_dict, morgana.load_file(tmp_path / "input.json"))]
     np.testing.assert_array_equal(results[0], results[1])
-    # Light enters below the second column only by scattering.
+    # Light reaches the volume below the second column only by scattering.
     column = results[0][0].sum(0)
     assert column[:2].sum() > 1.5 * column[2:4].sum() < column[4:].sum()
 
@@ -119,7 +119,7 @@ def test_devices_files_and_messages_change_nothing():
 @pytest.mark.filterwarnings("ignore::morgana.SceneWarning")
 @pytest.mark.parametrize("given", [{"bc": "______"}, {"bc": "_RRrr_000000"}, {"bc": ""}, {"bc": "aa__aa", "isreflect": 0}])
 def test_sides_may_be_said_twice(given):
-    """As flags of MCX, and by ``isreflect``."""
+    """Reflection at sides may be given as flags of MCX and by ``isreflect``."""
     once = {key: value for key, value in given.items() if key != "bc"}
     assert morgana.load_mcx(configuration(**given)) == morgana.load_mcx(configuration(**once))
 
@@ -161,7 +161,7 @@ def test_shapes_are_drawn_into_the_volume(tmp_path):
     as_list = [layers, ball]
     for shapes in (as_list, {"Shapes": as_list}, json.dumps({"Shapes": as_list}), json.dumps(as_list)):
         assert morgana.load_mcx(configuration(vol=vol, shapes=shapes)) == expected
-    # A grid takes the place of the volume, and one shape needs no list.
+    # A grid replaces the volume, and a single shape needs no list.
     grid = {"Grid": {"Tag": 1, "Size": [6, 8, 10]}}
     without = {key: value for key, value in configuration(shapes=json.dumps({"Shapes": [grid, layers, ball]})).items() if key != "vol"}
     assert morgana.load_mcx(without) == expected

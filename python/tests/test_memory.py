@@ -1,4 +1,4 @@
-"""Arrays for which the system has no memory raise ``MemoryError``; the interpreter goes on."""
+"""Arrays that exceed the memory raise ``MemoryError``; the interpreter continues."""
 
 import subprocess
 import sys
@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip("resource")
 
-# Views of one number, as large as no memory.
+# Views of one number, with sizes beyond any memory.
 SETUP = """
 import resource
 resource.setrlimit(resource.RLIMIT_AS, (4 << 30, 4 << 30))

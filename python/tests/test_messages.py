@@ -1,4 +1,4 @@
-"""What users are told of wrong arguments: which one it is, and what it must be."""
+"""Messages for wrong arguments: the argument, and its valid values."""
 
 import concurrent.futures
 
@@ -20,7 +20,7 @@ MASKED = np.ma.masked_array(np.zeros((3, 3)), mask=np.eye(3))
 
 @pytest.fixture(scope="module")
 def made():
-    """What functions take: a scene, a field, a result, a reading."""
+    """Returns arguments of functions: a scene, a field, a result, a reading."""
     scene = load(small())
     reading = morgana.render(load(meters()), particles=640).meters["fluence"]
     return scene, morgana.load_field({"type": "luneburg"}), morgana.render(scene, spp=2), reading
@@ -31,7 +31,7 @@ def here():
 
 
 IMAGINARY = np.ones(3) + 1j
-"""Numbers of which only the real part would be read."""
+"""Complex numbers, of which functions for real numbers would use only the real part."""
 
 REAL = [
     lambda: morgana.Pulse.table([0, 1, 2], IMAGINARY),
@@ -49,7 +49,7 @@ REAL = [
     lambda: LIGHT.rescaled({"haze": np.array([1j])}),
     lambda: LIGHT.jacobian({"haze": np.array([1j])}),
 ]
-"""What takes real numbers."""
+"""Functions that take real numbers."""
 
 LIGHT = morgana.Records(
     np.zeros(1, int), np.ones((1, 1)), np.zeros((1, 3)), np.array([[0, 0, 1.0]]), np.ones(1), np.zeros(1, int), np.ones((1, 1)),

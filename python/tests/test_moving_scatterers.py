@@ -1,6 +1,8 @@
-"""Scatterers that a field of velocities moves: rates of optical lengths in records, and the correlation of light that follows.
+"""Scatterers that move in a field of velocities: rates of optical lengths in records, and the
+resulting correlation of light.
 
-False alarms: 7e-6 for the comparison with the closed form of sheared flow, 2e-4 for means over runs; of the others, none.
+False alarms: 7e-6 for the comparison with the closed form of sheared flow, 2e-4 for means over
+runs; other tests have none.
 """
 
 import math
@@ -10,7 +12,7 @@ import numpy as np
 import pytest
 from morgana import correlation
 
-# Light leaves without refraction, so that its direction outside is that of its last flight.
+# Light leaves without refraction, so that it keeps the direction of its last flight.
 pytestmark = pytest.mark.filterwarnings("ignore:warning.index_jump.. the boundary of 'haze' is declared index-matched:morgana.SceneWarning")
 
 INDEX = 1.33
@@ -18,7 +20,7 @@ VELOCITY = np.array([0.3, -0.5, 2.0])
 
 
 def measured(particles=2000, size=4.0, **interior):
-    """Records of light that leaves a cube of haze, of a beam along z."""
+    """Records of light that leaves a cube of haze, from a beam along z."""
     scene = {
         "type": "scene", "integrator": {"type": "particle"},
         "beam": {"type": "collimated", "radius": 0.1, "power": 1.0, "to_world": [{"translate": [0, 0, -size]}]},
@@ -33,7 +35,7 @@ def measured(particles=2000, size=4.0, **interior):
 
 
 def grid(velocity, size=4.0):
-    """Samples of a velocity at the corners of the cube: it is linear between them."""
+    """Samples of a velocity at the corners of the cube, linear between them."""
     at = np.array([-size / 2, size / 2])
     z, y, x = np.meshgrid(at, at, at, indexing="ij")
     samples = np.stack(np.broadcast_arrays(*velocity(x, y, z)), axis=-1)
@@ -42,12 +44,13 @@ def grid(velocity, size=4.0):
 
 
 def turned(records):
-    """What the ends of paths say of a uniform flow: all between them cancels."""
+    """Returns the rates from the ends of paths in a uniform flow; everything between them cancels."""
     return INDEX * ((np.array([0, 0, 1.0]) - records.direction) @ VELOCITY) * (records.scatterings[:, -1] > 0)
 
 
 def absolute(records, fields):
-    """|Σ w fields| without what noise adds to its square: the variance of a sum over particles."""
+    """Returns |Σ w fields| without the contribution of noise to its square: the variance of a sum
+    over particles."""
     weight = records.weight[:, 0]
     total = fields @ weight
     residual = np.zeros((len(fields), records.particles), complex)
@@ -66,7 +69,7 @@ def test_uniform_flow_shifts_by_the_ends_of_paths():
         k0 = 2 * math.pi / 785e-6
         np.testing.assert_allclose(found.mean[:, 0], absolute(records, np.exp(0.5j * k0 * np.outer(delays, turned(records)))), rtol=1e-5)
         assert found.normalized[0, 0] == pytest.approx(1) and found.normalized[2, 0] < 0.9
-        # What diffuses besides decays besides.
+        # Diffusion causes an additional decay.
         both = correlation.correlate(records, delays, {records.regions[-1]: correlation.brownian(1e-7)}, **light)
         decay = 2 * (INDEX * k0) ** 2 * 1e-7 * records.momentum_transfer[:, -1]
         fields = np.exp(np.outer(delays, 1j * k0 * turned(records) - decay))
@@ -74,13 +77,15 @@ def test_uniform_flow_shifts_by_the_ends_of_paths():
 
 
 def test_linear_flow_is_shear():
-    """Light that leaves after many scatterings has the variance of `shear`, but for the Doppler shifts at the ends of its paths, where the flow is
-    fast against the beam and the detector, which rest; 4.5 standard errors are exceeded in 7e-6."""
+    """Light that leaves after many scatterings has the variance of `shear`, except for the Doppler
+    shifts at the ends of its paths: the beam and the detector are at rest, while the flow there is
+    fast. Noise exceeds 4.5 standard errors in 7e-6."""
     rate, g, mu_s, size = 3.0, 0.5, 4.0, 12.0
     flow = grid(lambda x, y, z: (rate * z, 0 * y, 0 * z), size)
     records = measured(20_000, size, sigma_t=mu_s, albedo=1.0, velocity=flow)
     late = (records.path_length[:, -1] > 40.0) & (records.side == 0)
-    # The beam comes along z, where nothing flows; light that goes out in ω has n ω·v of the place where it leaves.
+    # The beam enters along z, without a flow component. Light that leaves along ω has n ω·v of the
+    # exit position.
     ends = INDEX * records.direction[:, 0] * rate * records.position[:, 2]
     square = (records.optical_length_rate + ends)[late] ** 2 / records.path_length[late, -1]
     transport = 1 / (mu_s * (1 - g))
@@ -91,13 +96,13 @@ def test_linear_flow_is_shear():
     error = math.sqrt(weight**2 @ (square - mean) ** 2)
     assert late.sum() > 2000 and error < 0.04 * per_length
     assert abs(mean - per_length) < 4.5 * error
-    # What the ends do is much more than that here.
+    # The contribution of the ends is much larger here.
     shifts = records.optical_length_rate[late] ** 2 / records.path_length[late, -1]
     assert weight @ shifts > 1.5 * per_length
 
 
 def vortex(rate, size=4.0, nodes=33):
-    """Samples of a flow around the z axis, whose direction turns at the given rate."""
+    """Samples of a flow around the z axis whose direction rotates at the given rate."""
     at = np.linspace(-size / 2, size / 2, nodes)
     z, y, x = np.meshgrid([-size / 2, size / 2], at, at, indexing="ij")
     flow = grid(lambda x, y, z: (x, y, z), size)
@@ -106,15 +111,17 @@ def vortex(rate, size=4.0, nodes=33):
 
 
 def test_flows_that_change_are_told_of():
-    """By what way they change, and over which delays light is still correlated."""
+    """A warning follows if velocities change along the paths within delays over which light is
+    still correlated."""
     straight = measured(velocity=grid(lambda x, y, z: (3 * z, 0 * y, 0 * z)))
     assert not straight.velocity_change.any()
     records = measured(velocity=vortex(50.0))
     assert records.velocity_change[-1] == pytest.approx(50, rel=0.02) and not records.velocity_change[:-1].any()
     light = {"wavelength": 785e-6, "index": INDEX}
-    # At 1e-5 s it is correlated, and has changed little; at 1 s it has changed, but nothing is left of the correlation.
+    # At 1e-5 s the light is correlated and has changed little. At 1 s it has changed, but no
+    # correlation is left.
     correlation.correlate(records, [1e-7, 1e-5, 1.0], {}, **light)
-    # A flow that is slower by 1e-6 is correlated for longer than it keeps its velocity.
+    # A flow slower by 1e-6 stays correlated for longer than it keeps its velocity.
     slow = records._replace(optical_length_rate=1e-6 * records.optical_length_rate)
     with pytest.warns(morgana.SceneWarning, match=r"what flows changes by up to 5\d% within 0.01 s, .* delays up to 0.002 s are safe"):
         correlation.correlate(slow, [1e-3, 1e-2], {}, **light)
@@ -124,7 +131,8 @@ def test_flows_that_change_are_told_of():
 
 
 def flowing(rate, weight=None, particles=None):
-    """Records of light whose phases turn by the given rates, at the wavelength 2π; each of a particle of its own."""
+    """Records of light whose phases change at the given rates, at the wavelength 2π, each from its
+    own particle."""
     n = len(rate)
     zero = np.zeros(n)
     return morgana.Records(
@@ -148,7 +156,8 @@ def test_errors_of_flow_are_those_among_particles():
 
 
 def test_noise_adds_nothing_to_squares():
-    """Rates are normal, so that g₁ = exp(−τ²/2); the contrast in exposures of which noise would make most."""
+    """Rates are normal, so that g₁ = exp(−τ²/2). Exposures are such that noise would contribute
+    most of the contrast."""
     rng = np.random.default_rng(2)
     exposures, expected = np.array([10.0, 60.0]), math.sqrt(math.pi) / np.array([10.0, 60.0]) - 1 / np.array([10.0, 60.0]) ** 2
     runs, contrasts = [], []
@@ -160,17 +169,20 @@ def test_noise_adds_nothing_to_squares():
     error = np.array([run.normalized_error[:, 0] for run in runs])
     k = np.array([run.mean[:, 0] for run in contrasts])
     k_error = np.array([run.error[:, 0] for run in contrasts])
-    # 100 runs know their mean to a tenth of a stated error: 4 of these are exceeded in 2e-4, and roots of what has noise are low by another.
+    # The mean of 100 runs is accurate to a tenth of a reported error; it exceeds 4 of these tenths
+    # in 2e-4. Roots of noisy values are low by a further tenth.
     z = np.array([g1[:, 0].mean() - math.exp(-0.5), *(k.mean(axis=0) - np.sqrt(expected))]) / [error[:, 0].mean(), *k_error.mean(axis=0)]
     assert np.abs(z).max() < 0.5, z
-    # Of nothing, about half of the estimates are below zero; the others are some errors at most.
+    # If the true value is zero, about half of the estimates are below zero; the others are at most
+    # a few errors.
     assert 0.3 < (g1[:, 1] == 0).mean() < 0.9 and g1[:, 1].mean() < 0.7 * error[:, 1].mean()
     spread = k.std(axis=0, ddof=1) / np.sqrt((k_error**2).mean(axis=0))
     assert np.all((spread > 0.6) & (spread < 1.25)), spread
 
 
 def test_contrast_of_beats_has_a_closed_form():
-    """Of light of a few frequencies: sums of sinc² over pairs, up to hundreds of beats."""
+    """For light of a few frequencies the contrast is a sum of sinc² over pairs, up to hundreds of
+    beats."""
     rate = np.array([0.0, 0.2, 1.0, 7.0, 7.3])
     exposures = np.array([1e-3, 1.0, 30.0, 300.0])
     between = np.sinc((rate[:, None] - rate) * exposures[:, None, None] / (2 * math.pi)) ** 2

@@ -1,6 +1,8 @@
-"""The notebooks: they run, hold what they assert, draw their figures, and are stored without outputs.
+"""The notebooks: they run, their assertions hold, they draw their figures, and they are stored
+without outputs.
 
-One that takes long has a cell tagged ``parameters``, and names smaller sizes for some of these in ``test_sizes`` of its metadata.
+A notebook that takes long has a cell tagged ``parameters``, and lists smaller sizes for some of
+them in ``test_sizes`` of its metadata.
 """
 
 import os
@@ -50,7 +52,7 @@ def test_they_run(path, tmp_path):
     notebook = nbformat.read(path, as_version=4)
     made_small(notebook)
     client = NotebookClient(notebook, timeout=120, kernel_name="python3", resources={"metadata": {"path": str(folder)}})
-    # A cell that raises, by a failed assertion say, raises here.
+    # A cell that raises, such as by a failed assertion, raises here.
     client.execute(env={**os.environ, "MPLBACKEND": INLINE})
     outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
     assert [output.text for output in outputs if output.get("name") == "stderr"] == []

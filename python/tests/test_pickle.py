@@ -1,4 +1,4 @@
-"""What a user gets back can be pickled, and compared."""
+"""Results for users can be pickled and compared."""
 
 import concurrent.futures
 import multiprocessing

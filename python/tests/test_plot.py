@@ -1,4 +1,5 @@
-"""What figures show: the data of their artists, labels and limits, against the arrays that they are made of."""
+"""Content of figures: the data of their artists, labels and limits, compared with the source
+arrays."""
 
 import importlib
 import sys
@@ -37,7 +38,7 @@ def bar_label(artist):
 
 
 def ends(container):
-    """Lower and upper ends of error bars."""
+    """Returns the lower and upper ends of error bars."""
     (bars,) = container[2]
     return np.array([segment[:, 1] for segment in bars.get_segments()]).T
 
@@ -85,7 +86,7 @@ def test_a_profile_has_a_band_of_one_standard_error(picture, ax):
     assert ax.get_xlabel() == "column (pixels)" and ax.get_ylabel() == "radiance"
     assert [text.get_text() for text in ax.legend().get_texts()] == ["R"]
     plot.profile(picture.image, "row", column=0, ax=ax)
-    assert len(ax.collections) == 1  # An array knows no errors.
+    assert len(ax.collections) == 1  # An array has no errors.
 
 
 def test_a_profile_follows_cells_of_a_meter(fluence, ax):
@@ -141,7 +142,7 @@ def tagged():
 
 @pytest.mark.parametrize("scene", [polarised, tagged])
 def test_parts_of_light_do_not_count_twice(scene, tmp_path, ax):
-    """Stokes parameters, sidebands and delays beside the light."""
+    """Stokes parameters, sidebands and delays are shown beside the light, not added to it."""
     result = morgana.render(load(scene()), spp=16)
     result.write(tmp_path / "a.exr")
     for picture in (result, morgana.read(tmp_path / "a.exr")):
@@ -169,7 +170,7 @@ def test_a_slice_lies_in_the_scene(fluence, ax):
     assert bar_label(mesh) == "fluence rate (W/mm²)" and ax.get_title() == "y from -1 to -0.333"
     assert ax.get_xlabel() == "x (mm)" and ax.get_ylabel() == "z (mm)"
     mean = fluence.mean.copy()
-    mean[0, 2, 3] = 0  # Where nothing has arrived the relative error is unknown.
+    mean[0, 2, 3] = 0  # Without any arrivals the relative error is unknown.
     turned = plot.slice(fluence._replace(mean=mean), "zx", y=1, show="relative error", label="fluence rate")
     expected = np.where(mean > 0, fluence.error / np.where(mean > 0, mean, 1), np.nan)[:, 2, :].T
     np.testing.assert_allclose(turned.get_array().filled(np.nan), expected)
@@ -201,7 +202,7 @@ def test_rays_lie_on_their_field(ax):
 
 
 def test_spots_are_where_rays_arrive(ax):
-    # Through no field: straight lines, so spots at z = 7 are known.
+    # In a constant field rays are straight lines, so that spots at z = 7 are known.
     index = morgana.load_field({"type": "constant", "value": 1.0})
     starts = np.array([[1.0, 0, 0], [-1, 0, 0], [0, 2, 0], [0, -2, 0]])
     rays = morgana.trace(index, starts, [[-0.1, 0, 1], [0.1, 0, 1], [0, -0.1, 1], [0, 0.1, 1]], max_length=1)

@@ -1,4 +1,5 @@
-"""What users see of the package: every public item has a docstring; what they get back has a representation, compares and pickles."""
+"""The package's public interface: every public item has a docstring; results have a representation,
+compare and pickle."""
 
 import ast
 import doctest
@@ -45,10 +46,10 @@ def public():
 
 
 def described(cls):
-    """Attributes of a class that have a text below them in the source."""
+    """Returns the attributes of a class with a text below them in the source."""
     try:
         (tree,) = ast.parse(textwrap.dedent(inspect.getsource(cls))).body
-    except (TypeError, OSError):  # It is compiled.
+    except (TypeError, OSError):  # Compiled classes have no source.
         return set()
     pairs = zip(tree.body, tree.body[1:])
     is_text = lambda node: isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)  # noqa: E731
@@ -56,7 +57,7 @@ def described(cls):
 
 
 def members(cls):
-    """Public attributes and methods of a class's own, with their texts."""
+    """Returns the public attributes and methods that a class defines, with their texts."""
     texts = described(cls)
     for name in {*vars(cls), *getattr(cls, "__annotations__", {})}:
         if not name.startswith("_"):
@@ -64,7 +65,7 @@ def members(cls):
 
 
 def arguments(item):
-    """Names of parameters, as a docstring has them."""
+    """Returns the names of parameters in a docstring."""
     try:
         parameters = inspect.signature(item).parameters.values()
     except ValueError:
@@ -88,7 +89,8 @@ def test_every_public_item_has_a_docstring():
     missing = []
     for name, item in public():
         if inspect.isclass(item):
-            # Those of base classes say nothing of this one, and those of named tuples are only their fields.
+            # Skip docstrings inherited from base classes, and those of named tuples, which list
+            # only fields.
             own = vars(item).get("__doc__")
             if not own or own.startswith(f"{item.__name__}("):
                 missing.append(name)
@@ -112,12 +114,13 @@ def test_docstrings_say_what_functions_take_and_return(name, item):
 
 
 def names(module):
-    """What examples may call without a word on where it comes from: the modules and packages."""
+    """Returns the names that examples may use without an import: the modules and packages."""
     return {"morgana": morgana, "np": np, **{each.__name__.rpartition(".")[2]: each for each in MODULES[1:]}, **vars(module)}
 
 
 def named(node, known):
-    """What a dotted name such as ``morgana.grad.Rays`` is; `None` if it begins with a variable of the example."""
+    """Returns the object of a dotted name such as ``morgana.grad.Rays``; `None` if it begins with a
+    variable of the example."""
     if isinstance(node, ast.Name):
         return known.get(node.id)
     owner = named(node.value, known) if isinstance(node, ast.Attribute) else None
@@ -126,7 +129,8 @@ def named(node, known):
 
 @pytest.mark.parametrize("module", MODULES, ids=lambda module: module.__name__)
 def test_examples_of_docstrings_call_what_there_is(module):
-    """Examples need scenes and data of users, so they are not run: their names exist, and take these arguments."""
+    """Examples need scenes and data of users, so they are not run. The test checks that their names
+    exist and accept these arguments."""
     texts = {inspect.getdoc(module)}
     for name in module.__all__:
         item = getattr(module, name)
@@ -139,12 +143,12 @@ def test_examples_of_docstrings_call_what_there_is(module):
     for source in examples:
         for node in ast.walk(ast.parse(source)):
             if isinstance(node, ast.Attribute):
-                named(node, known)  # AttributeError: there is no such name.
+                named(node, known)  # AttributeError: the name does not exist.
             if isinstance(node, ast.Call) and not any(isinstance(argument, ast.Starred) for argument in node.args):
                 called = named(node.func, known)
                 if called and called.__module__.startswith("morgana"):
                     keywords = [keyword.arg for keyword in node.keywords if keyword.arg]
-                    # TypeError: it does not take them.
+                    # TypeError: it does not accept the arguments.
                     inspect.signature(called).bind_partial(*node.args, **dict.fromkeys(keywords))
 
 
@@ -257,7 +261,7 @@ def test_arrays_decide_whether_values_are_equal():
     [lambda r: r * 2, lambda r: 2 * r, lambda r: r + r, lambda r: r + (1,), lambda r: np.ones(2) * r, lambda r: np.float64(2) * r, lambda r: np.ones(2) + r],
 )
 def test_arithmetic_of_readings_is_refused(compute):
-    """Plain tuples would be repeated or joined: a reading times two had twelve fields."""
+    """Plain tuples would be repeated or joined: a reading times two would have twelve fields."""
     reading = morgana.Reading(np.ones(2), np.ones(2), {"x": np.arange(3.0)}, "W")
     with pytest.raises(TypeError, match=r"compute with its fields \(mean, error, .*such as \.mean"):
         compute(reading)

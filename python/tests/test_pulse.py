@@ -1,4 +1,5 @@
-"""Pulses: against closed forms, against starts drawn at random, and the answer in bins against that of records."""
+"""Pulses, compared with closed forms and with random start times, and results in bins compared with
+records."""
 
 import math
 
@@ -17,7 +18,7 @@ def test_shapes():
     x = np.linspace(-60, 90, 31)
     gaussian = morgana.Pulse.gaussian(fwhm=30, center=10)
     np.testing.assert_allclose(gaussian.emitted(x), normal((x - 10) / DEVIATION), atol=1e-6)
-    # Half of the peak at half of the width.
+    # The profile is half of the peak at half of the width.
     np.testing.assert_allclose(np.interp([-5, 25], gaussian.times, gaussian.values), gaussian.values.max() / 2, rtol=1e-4)
     rectangle = morgana.Pulse.rectangle(40, center=20)
     np.testing.assert_allclose(rectangle.emitted(x), np.clip(x / 40, 0, 1), atol=1e-14)
@@ -40,7 +41,7 @@ def test_kernels_average_over_bins(pulse):
 
 @pytest.fixture(scope="module")
 def measured():
-    """Light that leaves a scattering block, in fine bins, and one at a time."""
+    """Returns light that leaves a scattering block, in fine bins and as single records."""
     bins = {"min_bound": 0, "max_bound": 200, "bin_width": 0.25}
     block = {
         "type": "cube", "to_world": [{"scale": 5}], "bsdf": {"type": "null"},
@@ -63,7 +64,7 @@ def test_a_pulse_is_what_random_starts_give(measured):
     records = measured.records["faces"]
     edges, pulse = np.arange(-40.0, 161, 20), morgana.Pulse.table([0, 10, 40], [0, 3, 0])
     found = records.gated(edges, pulse)
-    # Starts by inversion: the same light, many times over, each time with starts of its own.
+    # Draw starts by inversion: each light occurs many times, with different starts.
     rng = np.random.default_rng(1)
     repeats = 400
     u = rng.random((repeats, len(records.weight)))
@@ -72,11 +73,12 @@ def test_a_pulse_is_what_random_starts_give(measured):
     error = direct.std(axis=0) / math.sqrt(repeats)
     assert np.all(np.abs(direct.mean(axis=0) - found.mean[:, 0]) <= 5 * error + 1e-12)
     assert error.max() < 2e-3 * found.mean.max()
-    # All records of a particle are one sample: most have two, of light that enters and leaves.
+    # All records of a particle are a single sample; most particles have two, of light that enters
+    # and leaves.
     in_gate = np.diff(pulse.emitted(edges[3:5] - records.optical_length[:, None]), axis=1)[:, 0]
     totals = np.bincount(records.particle, records.weight[:, 0] * in_gate, records.particles)
     assert found.error[3, 0] == pytest.approx(totals.std(ddof=1) * math.sqrt(records.particles), rel=1e-9)
-    # All that is emitted arrives, at some time.
+    # All emitted power arrives at some time.
     np.testing.assert_allclose(records.gated([-1e3, 1e4], pulse).mean[0], records.power().mean, rtol=1e-12)
     np.testing.assert_allclose(records.gated([-1e3, 1e4], pulse).error[0], records.power().error, rtol=1e-9)
 
@@ -87,15 +89,17 @@ def test_bins_with_a_pulse_agree_with_records(measured):
     later = reading.convolved(pulse)
     assert (later.unit, list(later.axes)) == (reading.unit, list(reading.axes))
     axis = list(reading.axes).index("side")
-    # Light that leaves: that which enters does so at a single instant, not spread over its bin.
+    # Compare leaving light: entering light arrives at a single instant, not distributed over its
+    # bin.
     exact = records._replace(weight=records.weight * (records.side == 0)[:, None]).gated(reading.axes["opl"], pulse)
-    # Of second order in the width of bins over that of the pulse: what is left is where light is in its bin.
+    # The error is of second order in the width of bins over the width of the pulse; it comes from
+    # the position of light within its bin.
     np.testing.assert_allclose(later.mean.take(0, axis), exact.mean[:, 0], atol=2e-3 * exact.mean.max())
     assert np.all(later.error.take(0, axis) >= 0.99 * exact.error[:, 0] - 1e-9)
 
 
 def test_bins_with_a_pulse_are_trusted_as_what_they_are_made_of():
-    """Of either sign, such as an autocorrelation."""
+    """Values may have either sign, as in an autocorrelation."""
     edges, few = np.arange(21.0), np.zeros(20, bool)
     few[3] = True
     mean = np.where(np.arange(20) < 10, 1.0, -1.0)
@@ -103,12 +107,12 @@ def test_bins_with_a_pulse_are_trusted_as_what_they_are_made_of():
     for sign in (1, -1):
         found = morgana.Reading(sign * mean, np.ones(20), {"opl": edges}, "W", few=few).convolved(pulse)
         assert found.mean[8] * sign > 0.9 and found.mean[15] * sign < -0.9
-        # The pulse is two bins long: light of a bin is in three.
+        # The pulse is two bins long, so that light of a bin reaches three.
         np.testing.assert_array_equal(np.flatnonzero(found.few), [3, 4, 5])
 
 
 def test_light_across_empty_space():
-    """Light that goes straight on for 9 units arrives with the pulse, later by 9."""
+    """Light that travels straight for 9 units arrives with the pulse, delayed by 9."""
     disk = {"type": "disk", "to_world": [{"scale": 3}], "bsdf": {"type": "null"}, "end": {"type": "irradiancemeter", "id": "end", "records": True}}
     beam = {"type": "collimated", "radius": 0.5, "power": 2.0, "to_world": [{"translate": [0, 0, -9]}]}
     scene = morgana.load_dict({"type": "scene", "integrator": {"type": "particle"}, "disk": disk, "beam": beam})

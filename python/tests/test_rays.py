@@ -1,4 +1,4 @@
-"""Fields and rays, against closed forms."""
+"""Fields and rays, compared with closed forms."""
 
 import json
 import subprocess
@@ -56,7 +56,8 @@ def test_points_may_be_of_any_type():
 
 
 def test_rays_meet_at_the_far_pole():
-    # Parallel rays into a Luneburg ball meet at its far pole, with the optical length of the central ray.
+    # Parallel rays into a Luneburg ball meet at its far pole, with the optical length of the
+    # central ray.
     scene = morgana.load_file(SCENES / "luneburg_fog.xml")
     y = np.linspace(-0.8, 0.8, 9)
     rays = morgana.trace(scene, np.stack([0 * y - 1.5, y, 0 * y], -1), [1, 0, 0], max_length=8.0)
@@ -132,7 +133,7 @@ def test_rays_through_a_field_are_parabolas():
     np.testing.assert_allclose(rays.arc_length[rays.offsets[1:] - 1], 0.8, rtol=1e-9)
     unit = directions / np.linalg.norm(directions, axis=1, keepdims=True)
     for ray, d in zip(rays, unit):
-        # Two components do not feel the gradient.
+        # Two components are unaffected by the gradient.
         across = np.linalg.norm(d[:2])
         sigma = np.linalg.norm(ray.points[:, :2], axis=1) / (1.5 * across)
         np.testing.assert_allclose(ray.points[:, 2], 1.5 * d[2] * sigma + 0.1 * sigma**2, atol=1e-6)
@@ -145,7 +146,8 @@ def test_rays_through_a_field_are_parabolas():
 
 
 def test_optical_path_differences_are_good_to_a_share_of_the_contrast():
-    # A weak Gaussian bump: W = Δ√(2π) w exp(−b²/2w²) to first order, at a contrast that lengths in single precision cannot see.
+    # A weak Gaussian bump has W = Δ√(2π) w exp(−b²/2w²) to first order, at a contrast too small for
+    # lengths in single precision.
     delta, width, b = 1e-8, 0.2, np.linspace(0, 0.6, 7)
     field = morgana.load_field({"type": "gaussian", "n0": 1.0, "delta": delta, "width": width})
     starts = np.stack([b, 0 * b, 0 * b - 2], -1)
@@ -154,16 +156,18 @@ def test_optical_path_differences_are_good_to_a_share_of_the_contrast():
     expected = peak * np.exp(-(b**2) / (2 * width**2))
     np.testing.assert_allclose(rays.total_optical_path_difference, expected, atol=1e-6 * peak)
     assert rays[2].optical_path_difference[-1] == rays.total_optical_path_difference[2]
-    # Against the index at the start by default, which here is 1 but for the bump's tail.
+    # The default reference is the index at the start, which is 1 here except for the bump's tail.
     default = morgana.trace(field, starts, [0, 0, 1], max_length=4.0)
     np.testing.assert_allclose(default.total_optical_path_difference, expected, atol=1e-6 * peak)
-    # Against a field: what is weak in one that is strong, here the same bump at a contrast that bends rays by far more.
+    # Compare with a reference field that bends rays strongly: the bump, with the small contrast, is
+    # a weak addition to it.
     bump = {"type": "gaussian", "n0": 1.0, "delta": delta, "width": width}
     rod = {"type": "selfoc", "n0": 1.5, "alpha": 0.3}
     reference = morgana.load_field(rod)
     both = morgana.load_field({"type": "sum", "reference": 1.0, "a": rod, "b": bump})
     weak = morgana.trace(both, starts, [0, 0, 1], max_length=4.0, reference_index=reference)
-    # To first order the integral of the contrast, bump/n, over s, ds = n dσ, along rays x = b cos(n₀ α σ) of the rod.
+    # To first order it is the integral of the contrast, bump/n, over s, ds = n dσ, along rays x = b
+    # cos(n₀ α σ) of the rod.
     sigma = np.linspace(0, 2.6, 20001)[:, None]
     x, z = b * np.cos(0.45 * sigma), np.sqrt(1.5**2 - (0.45 * b) ** 2) * sigma - 2
     expected = delta * np.exp(-(x**2 + z**2) / (2 * width**2)).sum(0) * (sigma[1] - sigma[0])
@@ -181,7 +185,7 @@ ENDS = ("end_points", "end_tangents", "end_n", "total_arc_length", "total_optica
 @pytest.mark.parametrize("name", ["luneburg_fog", "aquarium_laser", "mirage"])
 @pytest.mark.filterwarnings("ignore::morgana.SceneWarning")
 def test_ends_are_those_of_whole_paths(name):
-    # More rays than are followed in one go, some of which start outside of everything.
+    # Trace more rays than fit in one batch; some start outside of everything.
     scene = morgana.load_file(SCENES / f"{name}.xml")
     origins = RNG.uniform(-3, 3, (5000, 3))
     directions = RNG.normal(size=(5000, 3))
@@ -200,7 +204,7 @@ def test_ends_are_those_of_whole_paths(name):
 
 
 def test_a_million_rays_take_little_memory():
-    # Their ends are 85 MB; their paths would be some gigabytes.
+    # Ends of the rays take 85 MB; their paths would take several gigabytes.
     code = """
 import resource
 import morgana
@@ -219,7 +223,7 @@ print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024, len(
 
 @pytest.mark.parametrize("paths", [True, False])
 def test_time_ends_tracing(paths):
-    # The rod keeps rays for ever: all would take far longer.
+    # The rod confines rays for ever: tracing all of them would take far longer.
     field = morgana.load_field({"type": "selfoc", "n0": 1.5, "alpha": 1.0})
     directions = np.broadcast_to([0.1, 0.0, 1.0], (1_000_000, 3))
     started = time.monotonic()

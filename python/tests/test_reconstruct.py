@@ -1,4 +1,4 @@
-"""Indices found from rays that an index has bent, and what users are told."""
+"""Indices reconstructed from rays that they bend, and messages for users."""
 
 import pickle
 
@@ -32,7 +32,8 @@ def error(found, true):
 
 
 def measured(rays, true, share=0.01):
-    """Unit exit directions with noise of a share of the root mean square deflection; and its standard deviation."""
+    """Returns unit exit directions with noise, relative to the root mean square deflection, and the
+    noise's standard deviation."""
     exact = rays.forward(true).directions
     moved = exact - rays.forward(np.ones((2, 2, 2))).directions
     noise = share * np.sqrt(np.mean(np.sum(moved**2, axis=1)) / 2)
@@ -41,7 +42,7 @@ def measured(rays, true, share=0.01):
 
 
 def walls(samples):
-    """The faces along the axis of the views, where the index is that of the surroundings."""
+    """The faces along the axis of the views, where the index equals the surroundings."""
     known = np.zeros((samples, samples, samples), bool)
     known[:, [0, -1]] = known[:, :, [0, -1]] = True
     return known
@@ -68,8 +69,9 @@ def test_deflections_leave_an_offset_open_without_a_known_region():
 
 
 def test_many_rays_take_turns_and_noise_of_all_is_not_fitted():
-    """25600 rays for 1000 free samples: parts of 2048 rays at first. Whether the search ends is settled by all rays: χ² per datum of the index that made
-    the data is 1 within 0.5 % (standard deviation 0.4 %), and one that is found down to noise fits as well, or better by a share of 1000/51200."""
+    """Fits 1000 free samples to 25600 rays, at first in parts of 2048 rays. All rays determine when
+    the search ends. χ² per datum of the true index is 1 within 0.5 % (standard deviation 0.4 %). A
+    result down to noise fits equally well, or better by a fraction of 1000/51200."""
     rays, true = views(16, 40), bump(16)
     directions, noise = measured(rays, true)
     data = {"directions": directions, "direction_noise": noise, "known": walls(16)}
@@ -82,7 +84,7 @@ def test_many_rays_take_turns_and_noise_of_all_is_not_fitted():
     residual = np.sum(np.square((ends.directions - directions) / noise)) / (2 * len(rays))
     assert found.chi_square == pytest.approx(residual, rel=1e-12)
     assert found.stopped == "noise" and 0.9 < found.chi_square <= 1.0
-    # A tenth of the rays, in the same time, would leave more noise: errors fall as more rays are looked at.
+    # A tenth of the rays leaves more noise in equal time: errors fall as more rays are used.
     few = rays.select(np.arange(0, len(rays), 10))
     data.update(directions=directions[::10])
     assert error(found.samples, true) < error(reconstruct.fit(few, true.shape, **data).samples, true)
@@ -110,7 +112,7 @@ LATTICES = [_penalties.Lattice(np.array([0.3, 0.4, 0.5]), centers) for centers i
 @pytest.mark.parametrize("shape", [(5, 6, 7), (2, 2, 3), (1, 4, 1)])
 @pytest.mark.parametrize("placement", ["nodes", "centers"])
 def test_penalties_are_integrals_for_a_linear_index(placement, shape):
-    # ½∫|∇n|² dV is ½|g|²V, and ∫|∇n| dV is |g|V. Along an axis with one sample n is constant.
+    # ½∫|∇n|² dV is ½|g|²V, and ∫|∇n| dV is |g|V. Along an axis with a single sample n is constant.
     rays = grad.Rays([[0, 0, -2]], [0, 0, 1], box=((-1, -2, -3), (2, 2, 3)), placement=placement)
     lattice, volume = _penalties.lattice_of(rays, shape), 3.0 * 4 * 6
     slope = np.where(np.array(shape[::-1]) > 1, [0.1, -0.2, 0.15], 0.0)
@@ -150,15 +152,15 @@ def test_total_variation_below_the_flat_slope_is_roughness(lattice):
     index = np.random.default_rng(3).normal(size=(4, 2, 5))
     value, slopes = _penalties.total_variation(index, lattice, 1e5)
     expected, expected_slopes = _penalties.roughness(index, lattice)
-    # Slopes are below 20: their squares over that of the flat one, 4e-8, are what is left out.
+    # Slopes are below 20. The relative error is their square over that of the flat slope 1e5, 4e-8.
     assert 1e5 * value == pytest.approx(expected, rel=1e-6)
     np.testing.assert_allclose(1e5 * slopes, expected_slopes, rtol=1e-6, atol=1e-6)
 
 
 @pytest.mark.parametrize("lattice", LATTICES)
 def test_rough_noise_has_the_covariance_of_roughness(lattice):
-    # Of 2000 draws: variances of 12 samples within 5 standard errors, √(2/2000), of which one fails by a chance of 1e-5; and covariances, whose
-    # standard error is at most that of their variances.
+    # Over 2000 draws, variances of 12 samples lie within 5 standard errors, √(2/2000), of which one
+    # fails by chance in 1e-5. The standard error of covariances is at most that of their variances.
     shape, rng = (2, 2, 3), np.random.default_rng(5)
     exact = np.array([_penalties.roughness(one.reshape(shape), lattice)[1].ravel() for one in np.eye(12)])
     draws = np.array([_penalties.rough_noise(shape, lattice, rng).ravel() for _ in range(2000)])
@@ -167,7 +169,8 @@ def test_rough_noise_has_the_covariance_of_roughness(lattice):
 
 
 def test_descent_finds_the_minimum_within_limits():
-    # ½(x − c)ᵀA(x − c) with limits: at the minimum the gradient vanishes where x is free, and points out of the limits elsewhere.
+    # ½(x − c)ᵀA(x − c) with limits: at the minimum, the gradient vanishes where x is free, and
+    # points out of the limits elsewhere.
     rng = np.random.default_rng(4)
     root, centre = rng.normal(size=(20, 20)), rng.normal(size=20)
     matrix = root @ root.T + np.eye(20)
@@ -187,7 +190,7 @@ def test_descent_finds_the_minimum_within_limits():
 
 
 def test_total_variation_keeps_edges():
-    # A box of even index from four views: 1 % noise.
+    # A box of constant index from four views: 1 % noise.
     z, y, x = np.meshgrid(*3 * [np.linspace(-1, 1, 16)], indexing="ij")
     true = np.where((np.abs(x) < 0.4) & (np.abs(y) < 0.5) & (np.abs(z) < 0.4), 1.003, 1.0)
     rays = views(4)
@@ -224,7 +227,7 @@ def test_an_interrupted_search_continues(tmp_path):
 
 
 def small_search(checkpoint, **options):
-    """Two iterations on 4³ samples."""
+    """Runs two iterations on 4³ samples."""
     rays = views(2, 4)
     measured = {"directions": rays.forward(bump(4)).directions, "direction_noise": 1e-5}
     return reconstruct.fit(rays, (4, 4, 4), **measured, iterations=2, checkpoint=checkpoint, **options)
@@ -257,7 +260,7 @@ def test_checkpoints_that_cannot_be_written_are_refused_at_once(tmp_path):
     told = []
     with pytest.raises(reconstruct.ReconstructionError, match="the checkpoint .*jet.npz cannot be written: No such file or directory"):
         small_search(tmp_path / "results" / "jet.npz", progress=told.append)
-    # For the superuser all folders can be written: here the name of the file that takes its place is taken.
+    # Root can write to every folder, so block the name of the temporary file instead.
     (tmp_path / "jet.npz.part").mkdir()
     with pytest.raises(reconstruct.ReconstructionError, match="the checkpoint .*jet.npz cannot be written"):
         small_search(tmp_path / "jet.npz", progress=told.append)
@@ -265,15 +268,17 @@ def test_checkpoints_that_cannot_be_written_are_refused_at_once(tmp_path):
     (tmp_path / "jet.npz.part").rmdir()
     found = small_search(tmp_path / "jet.npz")
     assert [file.name for file in tmp_path.iterdir()] == ["jet.npz"]
-    # A search that has ended needs only to be read.
+    # A completed search is only read.
     (tmp_path / "jet.npz.part").mkdir()
     assert small_search(tmp_path / "jet.npz") == found
 
 
 def test_deviations_are_those_of_repeated_measurements():
-    # More data than samples. The variance over 10 measurements with noise of their own against that of 10 replicates, both averaged over
-    # 3³ free samples: F with at least 9 and 9 degrees of freedom for one sample, and more for their mean. Beyond 5.35 by a chance of 1 in 100
-    # if all samples moved as one, which their number makes far less.
+    # There are more data than samples. The variance over 10 measurements with independent noise is
+    # compared with the variance of 10 replicates, both averaged over 3³ free samples: F with at
+    # least 9 and 9 degrees of freedom for one sample, and more for their mean. If all samples moved
+    # as one, the ratio would exceed 5.35 by chance in 1 of 100 cases; their number makes this far
+    # rarer.
     rays, true = views(8, 10), bump(5)
     exact = rays.forward(true)
     noise = 2e-4
@@ -292,7 +297,8 @@ def test_deviations_are_those_of_repeated_measurements():
 
 @pytest.mark.parametrize("room", [60, 7, 1])
 def test_solutions_share_their_directions(room, monkeypatch):
-    """Of 60 unknowns of condition 1e6: with room for all directions, they are as many as all products, whatever the number of solutions."""
+    """With 60 unknowns of condition 1e6 and room for all directions, the number of directions
+    equals the number of products, for any number of solutions."""
     rng = np.random.default_rng(6)
     basis, _ = np.linalg.qr(rng.normal(size=(60, 60)))
     matrix = basis @ np.diag(np.logspace(-3, 3, 60)) @ basis.T
@@ -311,7 +317,8 @@ def test_solutions_share_their_directions(room, monkeypatch):
 
 
 def test_the_posterior_is_that_of_matrices():
-    """Against the inverse of a matrix of 16 free samples, column by column; deviations by 50 draws within 5 standard errors (10 %) of each."""
+    """Compares with the inverse of a matrix of 16 free samples, column by column; standard
+    deviations by 50 draws lie within 5 standard errors (10 %) each."""
     true, free = bump(4), ~walls(4)
     rays = grad.Rays(*views(4, 6).starts, box=BOX, tolerance=1e-6)
     ends = rays.forward(true)
@@ -325,7 +332,7 @@ def test_the_posterior_is_that_of_matrices():
         unit = [np.eye(true.size)[row].reshape(true.shape) for row in rows]
         precision = np.array([found.precision(one).ravel()[rows] for one in unit])
         np.testing.assert_allclose(precision, precision.T, rtol=1e-9, atol=1e-9 * np.abs(precision).max())
-        # From differences of ends, apart from what is known beforehand.
+        # Compute it from differences of ends, without the prior.
         scale = {"positions": 2e-3, "directions": 1e-3, "optical_lengths": 1e-3}
         names = [name for name in data if name in scale]
         change = lambda one, name: getattr(rays.forward(true + 1e-3 * one), name) - getattr(rays.forward(true - 1e-3 * one), name)  # noqa: E731
@@ -343,8 +350,10 @@ def test_the_posterior_is_that_of_matrices():
 
 
 def test_the_posterior_foretells_replicates():
-    """Noise of the data alone moves what is found by C F C, of the covariance C and the precision F of the data. The variances of 12 replicates
-    about it: 45 samples of 11 degrees of freedom; were all samples one, their mean would be beyond a factor of 4 by chance once in 1e4."""
+    """Noise of the data alone changes the result with the covariance C F C, for the covariance C
+    and the precision F of the data. The test compares the variances of 12 replicates with it: 45
+    samples of 11 degrees of freedom. If all samples were one, their mean would be off by more than
+    a factor of 4 by chance once in 1e4."""
     rays, true, noise = views(8, 10), bump(5), 2e-4
     exact, free = rays.forward(true), ~walls(5)
     measured = exact.directions + noise * np.random.default_rng(1).normal(size=exact.directions.shape)
@@ -358,7 +367,7 @@ def test_the_posterior_foretells_replicates():
     of_noise = covariance @ (np.linalg.inv(covariance) - 3e4 * slopes) @ covariance
     ratio = np.mean(found.deviation[free] ** 2) / np.mean(np.diag(of_noise))
     assert 1 / 4 < ratio < 4, ratio
-    # What the penalty leaves open comes on top.
+    # Uncertainty that the penalty leaves is added.
     assert np.all(np.diag(covariance) > np.diag(of_noise))
 
 
@@ -430,8 +439,9 @@ def test_arguments_of_other_types_are_told(options, message):
 
 
 def focused(views, pixels, half):
-    """Parallel rays onto a Luneburg lens of radius 1 from several sides, and where they leave a box around it: each meets all of its view in the point
-    of the lens that lies behind, at equal optical lengths, in the direction by which it hits the lens off its axis."""
+    """Returns parallel rays onto a Luneburg lens of radius 1 from several sides, and their exits
+    from a box around it. The rays of each view meet at the point of the lens that lies behind, at
+    equal optical lengths. Their directions there follow from where they meet the lens off its axis."""
     number = np.arange(views) + 0.5
     height, turn = 1 - number / views, np.pi * (1 + 5**0.5) * number
     found = []
@@ -492,7 +502,7 @@ def test_lost_rays_are_warned_of_and_left_out(lost):
     else:
         found = fit()
     assert found.lost == lost
-    # χ² of 232 data or more that count: its deviation is 0.09 at most.
+    # χ² of at least 232 effective data: its deviation is at most 0.09.
     assert found.chi_square == pytest.approx(1, abs=0.3)
     assert found.history[-1].chi_square == pytest.approx(1, abs=0.3)
 

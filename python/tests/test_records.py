@@ -1,4 +1,4 @@
-"""Records of detected light: they say what meters say, in files too, and know of other absorption."""
+"""Records of detected light: they agree with meters, also in files, and predict other absorption."""
 
 import zipfile
 
@@ -47,7 +47,7 @@ def test_other_absorption(measured):
     clear = records.rescaled({"tissue: label 1": 0, "tissue: label 2": 0})
     lengths = records.path_length[:, -2:]
     np.testing.assert_allclose(clear.weight[:, 0], records.weight[:, 0] * np.exp(lengths @ [0.1, 0.3]))
-    # Without absorption all that enters leaves: within 4 standard errors (6e-5).
+    # Without absorption all entering light leaves: within 4 standard errors (6e-5).
     out, into = (clear.power(clear.side == side) for side in (0, 1))
     assert abs(out.mean[0] - into.mean[0]) < 4 * out.error[0]
     assert out.error[0] < 0.1
@@ -94,7 +94,7 @@ def test_all_that_is_made_of_records_takes_a_mask(measured):
 
 
 def test_wavelengths_of_other_units_are_doubted(measured):
-    """Light goes some half of a millimetre between scatterings."""
+    """Light travels about half a millimetre between scatterings."""
     records = measured.records["skin"]
     n = len(records.particle)
     tagged = records._replace(index_modulation=np.linspace(0, 1e-4, n) + 0j, displacement_modulation=np.zeros(n, complex))
@@ -195,7 +195,7 @@ def test_statistics_have_the_shape_of_their_values(tmp_path):
     morgana.write(tmp_path / "whole.npz", morgana.render(scene(), particles=64, seed=1))
     arrays = dict(np.load(tmp_path / "whole.npz"))
     arrays["power_error"] = arrays["power_error"][:1]
-    # Metadata tell the axes of each array.
+    # Metadata lists the axes of each array.
     del arrays["metadata"]
     np.savez(tmp_path / "cut.npz", **arrays)
     with pytest.raises(morgana.FileError, match="'power_error' has the shape"):
@@ -237,7 +237,7 @@ def test_stokes_parameters_of_records_and_readings_agree():
     for side in (0, 1):
         of_side = records.stokes[records.side == side].sum(axis=0)[:, 0]
         np.testing.assert_allclose(of_side, stokes.mean[:, side].ravel(), rtol=1e-9, atol=1e-12)
-    # Fresnel's equations polarise light at the faces, Henyey-Greenstein's scattering does not.
+    # Fresnel's equations polarise light at the faces; Henyey-Greenstein's scattering does not.
     assert 0 < np.hypot(records.stokes[:, 1], records.stokes[:, 2]).sum() < records.stokes[:, 0].sum()
     clear = records.rescaled({"tissue: label 2": 0.4})
     np.testing.assert_allclose(clear.stokes, records.stokes * (clear.weight / records.weight)[:, None, :])

@@ -1,4 +1,4 @@
-"""Renders and measurements, against the program: equal seeds give equal bits."""
+"""Renders and measurements, compared with the program: equal seeds give equal bits."""
 
 import json
 import time

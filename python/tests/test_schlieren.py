@@ -1,4 +1,5 @@
-"""Background-oriented schlieren in one step, and fringes: against closed forms, and one another."""
+"""Background-oriented schlieren in one step, and fringes, compared with closed forms and one
+another."""
 
 import subprocess
 import sys
@@ -34,7 +35,8 @@ def slab(size=24, **lens):
 
 
 def expected(size=24):
-    """Pixels on the axis: an angle g/2 · 2 over n³, half the way to the wall, seen from twice as far."""
+    """Returns pixels on the axis: an angle g/2 · 2 over n³, half the distance to the wall, seen
+    from twice the distance."""
     pixels = size / (2 * np.tan(np.radians(4)))
     return 0.5 * SLOPE * 2 * 30 / 60 * pixels
 
@@ -46,19 +48,20 @@ def test_displacements_of_a_gradient(lens):
     assert pair.flow.shape == (24, 24, 1)
     assert pair.valid.all()
     middle = pair.displacement[11:13, 11:13].mean(axis=(0, 1))
-    # To 1 %: of second order in the angle of view and the slope.
+    # To 1 %: the error is of second order in the angle of view and the slope.
     assert middle[0] == pytest.approx(expected(), rel=0.01)
     assert abs(middle[1]) < 1e-3
     assert middle[0] > 0.03
     assert np.all(pair.error < 0.01)
     np.testing.assert_allclose(pair.spread, 4 * pair.error, rtol=1e-6)
-    # Both pictures are of the same rays; radiance follows n².
+    # Both images use the same rays; radiance follows n².
     np.testing.assert_allclose(pair.flow, pair.still, rtol=1e-4)
     assert "24 × 24, at most 0." in repr(pair)
 
 
 def tank(size=24):
-    """The slab as a tank of water, from z = −0.5 to beyond the wall: its face magnifies, whether the index varies or not."""
+    """The slab as a tank of water, from z = −0.5 to beyond the wall. Its face magnifies, whether
+    the index varies or not."""
     scene = slab(size, fov=20.0)
     scene["slab"]["to_world"] = [{"scale": [20, 20, 16]}, {"translate": [0, 0, 15.5]}]
     scene["slab"]["bsdf"] = {"type": "dielectric"}
@@ -68,7 +71,8 @@ def tank(size=24):
 
 
 def moved(pixels, size=24):
-    """p − q, where the ray of q in still water ends where that of p does with the gradient: Newton's method on traced rays."""
+    """Returns p − q, where the ray of q in still water ends where the ray of p does with the
+    gradient, by Newton's method on traced rays."""
     flow, still = morgana.load_dict(tank(size)), morgana.load_dict(tank(size), slope=0)
 
     def end(scene, p):
@@ -93,7 +97,8 @@ def test_displacements_in_water_are_those_between_the_pictures():
     assert 0.06 < expected[:, 0].min() and expected[:, 0].max() < 0.08
     pair = schlieren.bos(tank(), still={"slope": 0}, spp=1, rays=64, seed=3)
     found = pair.displacement[pixels[:, 1], pixels[:, 0]]
-    # Against straight rays they would be up to a pixel. What is left is from where in a pixel its rays go.
+    # Straight rays would be off by up to a pixel. The remaining error comes from the start of rays
+    # within a pixel.
     np.testing.assert_allclose(found, expected, atol=2e-3)
     assert pair.valid.all()
     assert np.all(np.abs(found - expected) < 3 * pair.error[pixels[:, 1], pixels[:, 0]])
@@ -101,7 +106,8 @@ def test_displacements_in_water_are_those_between_the_pictures():
 
 @pytest.mark.filterwarnings("ignore::morgana.SceneWarning")
 def test_without_parameters_varying_indices_become_constant():
-    """Formulas say nothing of what is undisturbed: their medium gets the index around. Others say it themselves."""
+    """Formulas do not define an undisturbed index: their medium gets the surrounding index. Other
+    fields define it."""
     named, found = (schlieren.bos(slab(8), still=still, spp=1, rays=2) for still in ({"slope": 0}, None))
     assert np.abs(found.displacement).max() > 0.01
     for a, b in zip(named, found):
@@ -151,7 +157,7 @@ def test_mistakes_of_the_command_are_named(tmp_path, monkeypatch, capsys):
     assert failed.stderr.startswith("error: ") and failed.stderr.count("error: ") == 1
     assert schlieren.main([missing, "--rays", "1", "-o", str(tmp_path / "x")]) == 1
     assert capsys.readouterr().err == "error: rays is 1 but must be at least 2\n"
-    # A folder that is not there is told before anything is rendered.
+    # A missing folder is reported before anything is rendered.
     monkeypatch.setattr(schlieren, "bos", None)
     assert schlieren.main([missing, "-o", str(tmp_path / "none" / "x")]) == 1
     told = capsys.readouterr().err
@@ -168,7 +174,7 @@ def test_fringes_keep_the_phase():
         tilt = carrier[0] * (x + 0.5) / 60 + carrier[1] * (y + 0.5) / 40
         difference = schlieren.phase(series) - waves - tilt
         np.testing.assert_allclose(difference, np.rint(difference), atol=1e-12)
-    # The carrier has so many fringes across the image.
+    # The carrier has this number of fringes across the image.
     flat = schlieren.fringes(np.zeros((4, 1200)), carrier=(12, 0))[0, 0]
     assert np.sum((flat[:-1] < 0.5) & (flat[1:] >= 0.5)) == 12
     for arguments, message in [({"steps": 0}, "steps is 0"), ({"visibility": 2}, "between 0 and 1")]:
@@ -181,7 +187,8 @@ def test_fringes_keep_the_phase():
 
 
 def beside_a_reference():
-    """A bump of the index against a Luneburg lens, of whose rays few join the ends of those through the bump: all others are lost."""
+    """A bump of the index against a Luneburg lens. Few rays of the lens join the ends of rays
+    through the bump; all others are lost."""
     return {
         "type": "scene",
         "integrator": {"type": "aov", "wavelength": 0.05, "reference_index": {"type": "luneburg", "radius": 2.3, "n_exterior": 1.0}},
@@ -221,6 +228,6 @@ def test_fringes_of_files_are_those_of_renders(integrator, tmp_path):
         morgana.write(tmp_path / f"waves.{extension}", result)
     read = morgana.read(tmp_path / "waves.exr")
     np.testing.assert_array_equal(schlieren.fringes(read, carrier=(3, 0)), schlieren.fringes(result, carrier=(3, 0)))
-    # Arrays of NumPy have no names of channels.
+    # NumPy arrays have no channel names.
     with pytest.raises(morgana.RenderError, match="the render has no 'waves': use the integrator aov with a wavelength, and files .exr"):
         schlieren.fringes(morgana.read(tmp_path / "waves.npy"))

@@ -1,4 +1,5 @@
-"""Promises of docs/security.md that the crates do not test, and that the page names tests that exist."""
+"""Promises of docs/security.md that the crates do not test, and the existence of the tests that the
+page names."""
 
 import http.client
 import os
@@ -17,7 +18,7 @@ PAGE = ROOT / "docs/security.md"
 
 
 def rows():
-    """The rows of the page's tables: promise and test."""
+    """Returns the rows of the page's tables: promise and test."""
     cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in PAGE.read_text().splitlines() if line.startswith("| ")]
     return [(row[0], row[-1]) for row in cells if row[0] != "promise"]
 
@@ -27,7 +28,7 @@ def test_promises_name_tests_that_exist(promise, tests):
     folder, named = None, re.findall(r"`([^`]+)`", tests)
     assert named, promise
     for name in named:
-        # After a first path, files of its folder are named alone.
+        # After a first path, further files of its folder are named without it.
         roots = [ROOT / "crates", ROOT] if "/" in name else [folder]
         found = [root / name for root in roots if (root / name).exists()]
         assert found, name
@@ -45,7 +46,7 @@ def picture(tmp_path):
 
 
 def own_address():
-    """An address of this machine that other machines may reach; `None` if it has no network."""
+    """Returns an address of this machine that other machines may reach; `None` without a network."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
             probe.connect(("192.0.2.1", 9))  # Sends nothing.
@@ -89,7 +90,8 @@ def test_a_pipe_that_nobody_reads_ends_the_output_quietly(command, tmp_path):
 
 
 def test_denoising_works_in_a_folder_of_its_own(picture, tmp_path):
-    """The folder that the denoiser gets is for its user alone, and is gone afterwards, whether the denoiser succeeds or not."""
+    """The denoiser's folder is private to its user, and is removed afterwards, whether the denoiser
+    succeeds or not."""
     place, log = tmp_path / "temporary", tmp_path / "log"
     place.mkdir()
     stand_in = tmp_path / "stand_in.sh"
@@ -108,7 +110,7 @@ def test_denoising_works_in_a_folder_of_its_own(picture, tmp_path):
 
 
 def jpeg(width, height):
-    """The start of a baseline JPEG of one component, with a few bytes of data."""
+    """Returns the start of a baseline JPEG of one component, with a few bytes of data."""
     size = height.to_bytes(2, "big") + width.to_bytes(2, "big")
     tables = b"\xff\xdb\x00\x43\x00" + b"\x01" * 64
     frame = b"\xff\xc0\x00\x0b\x08" + size + b"\x01\x01\x11\x00"

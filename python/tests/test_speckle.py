@@ -1,4 +1,4 @@
-"""Speckle patterns against Fourier optics and the statistics of random waves.
+"""Speckle patterns, compared with Fourier optics and the statistics of random waves.
 
 False alarms: 1e-3 for all comparisons of statistics together.
 """
@@ -29,13 +29,14 @@ def records(position, optical_length, weight=None, direction=(0, 0, 1)):
 
 
 def scattered(rng, n=4000, spread=1e4):
-    """Light from everywhere in the pattern, whose optical lengths differ by many wavelengths."""
+    """Light from everywhere in the pattern, with optical lengths that differ by many wavelengths."""
     extent = PIXEL * SHAPE[0]
     return records(extent * (rng.random((n, 2)) - 0.5), spread * rng.random(n))
 
 
 def jinc(distance):
-    """The correlation of the field over a distance, 2 J₁(v)/v with v = 2π NA r/λ, by the integral of J₁."""
+    """Returns the correlation of the field over a distance, 2 J₁(v)/v with v = 2π NA r/λ, by the
+    integral of J₁."""
     v = 2 * math.pi * APERTURE * np.asarray(distance, float) / WAVELENGTH
     angle = (np.arange(2000) + 0.5) * math.pi / 2000
     # 2 J₁(v)/v = (2/π) ∫ sin² a cos(v cos a) da.
@@ -48,7 +49,7 @@ def test_one_path_is_the_disc_of_airy():
     assert seen.power == 3
     np.testing.assert_allclose(seen.intensity.sum() * PIXEL**2, 3, rtol=1e-12)
     radius = np.hypot(seen.x - place[0], (seen.y - place[1])[:, None])
-    # Of an infinite plane, where the pupil is not a disc of 8 steps.
+    # Pattern of an infinite plane, where the pupil is not a disc of 8 steps.
     airy = 3 * math.pi * (APERTURE / WAVELENGTH) ** 2 * jinc(radius) ** 2
     assert np.abs(seen.intensity - airy).max() < 0.03 * airy.max()
     assert seen.intensity[np.abs(radius - 0.61 * WAVELENGTH / APERTURE) < 0.2 * PIXEL].max() < 2e-3 * airy.max()
@@ -64,7 +65,8 @@ def test_random_phases_make_the_statistics_of_speckle():
         correlation = [(i * np.roll(i, lag, axis=axis)).mean() - 1 for lag in lags for axis in (0, 1)]
         values.append([i.mean(), i.std(), (i**2).mean()] + [(i > t).mean() for t in (0.5, 1, 2, 3)] + list(np.reshape(correlation, (-1, 2)).mean(1)))
     mean, error = np.mean(values, axis=0), np.std(values, axis=0, ddof=1) / math.sqrt(len(runs))
-    # The mean is that of the paths but for rounding; a pupil of 8 steps has its area to a per cent, and 200 speckles their contrast to half of one.
+    # The mean equals the mean of the paths to rounding. A pupil of 8 steps has its area to a per
+    # cent, and 200 speckles have their contrast to half a per cent.
     z = (mean - expected)[1:] / np.hypot(error[1:], 0.01)
     assert abs(mean[0] - 1) < 0.02
     assert np.abs(z).max() < 4.1, z
@@ -128,7 +130,7 @@ def test_what_is_no_number_is_named(name):
 def test_light_passes_in_a_plane():
     flat = records([(0, 0), (PIXEL, 0), (0, 900)], [0.0, 0.0, 0.0])
     seen = speckle.pattern(flat, SHAPE, PIXEL, **LENS)
-    # What passes beside the pattern, or has no weight, may be anywhere; rounding does not matter.
+    # Light beside the pattern, or without weight, may be anywhere; rounding does not matter.
     position = flat.position + [[0, 0, 1e-9], [0, 0, 0], [0, 0, 5]]
     np.testing.assert_allclose(speckle.pattern(flat._replace(position=position), SHAPE, PIXEL, **LENS).intensity, seen.intensity)
     steep = flat._replace(position=flat.position + [[0, 0, 0], [0, 0, 2.0], [0, 0, 0]])

@@ -1,4 +1,4 @@
-"""Runs for many values of parameters."""
+"""Sweeps: runs for many values of parameters."""
 
 import concurrent.futures
 import multiprocessing
@@ -55,7 +55,7 @@ def test_meters_and_xarray():
 
 
 def two_meters(deep=2, gate=40.0, **film):
-    """Two meters of one beam, whose cells and gates are in other places."""
+    """Two meters of one beam, with different cells and gates."""
 
     def cells(count, depth, last):
         where = [{"scale": [1, 1, 2]}, {"translate": [0, 0, depth]}]
@@ -88,7 +88,7 @@ def test_each_meter_has_its_own_coordinates():
     np.testing.assert_allclose(table["near.absorbed"].coords["near.opl"], [5, 15])
     np.testing.assert_allclose(table["deep.absorbed"].coords["deep.opl"], [10, 30])
     assert table["near.fluence"].attrs == {"units": "J/unit^2"} == table["near.fluence_error"].attrs
-    # Bins of other edges are others, though they have the same middles.
+    # Bins with different edges differ, even if their middles are equal.
     edges = {"q": {"z": np.array([0.0, 2.0])}, "r": {"z": np.array([0.5, 1.5])}}
     values = {name: np.zeros((1, 1)) for name in edges}
     apart = morgana.Sweep({"a": np.zeros(1)}, values, values, {}, edges, np.empty(1, object), {}, {"q": [], "r": []}).to_xarray()

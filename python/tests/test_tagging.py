@@ -1,6 +1,7 @@
-"""Tagged light: sidebands and correlation from records, against sums over instants, and what scenes must say.
+"""Tagged light: sidebands and correlation from records, compared with sums over instants, and the
+required content of scenes.
 
-No comparison is left to chance but that of errors, whose seeds are fixed.
+Only the comparison of errors is statistical; its seeds are fixed.
 """
 
 import morgana
@@ -62,7 +63,7 @@ def test_large_phases_take_no_longer():
     rng = np.random.default_rng(5)
     light = records(rng.random(2000), 1e9 * rng.random(2000))
     found = correlation.tagged(light, wavelength=WAVELENGTH, orders=2)
-    # J_m² of large z is 1/(πz) in the mean.
+    # J_m² of large z is 1/(πz) on average.
     assert np.all(found.mean < 1e-6 * found.total)
     delayed = correlation.correlate_tagged(light, [0.0, 5e-7], wavelength=WAVELENGTH, frequency=1e6)
     assert delayed.normalized[0, 0] == pytest.approx(1) and abs(delayed.normalized[1, 0]) < 1e-3
@@ -84,7 +85,7 @@ def test_sidebands_are_the_spectrum_of_phases_in_time():
     assert found.mean[0, 0] + 2 * found.mean[1:, 0].sum() == pytest.approx(found.total[0], rel=1e-12)
     assert found.total[0] == pytest.approx(weight.sum(), rel=1e-12)
     assert found.depth[0] == pytest.approx(powers[1] / powers[0], rel=1e-10)
-    # Some records alone.
+    # Keep only some of the records.
     where = phase.real > 0
     some = correlation.tagged(records(weight, phase), wavelength=WAVELENGTH, where=where)
     np.testing.assert_allclose(some.mean[:, 0], weight[where] @ spectrum[where, :2], atol=1e-12)
@@ -152,7 +153,7 @@ def test_scenes_must_say_what_sound_does(changes, message):
 
 
 def tagged_cells(**changes):
-    """The same ball with a meter of fluence, four cells in a box within it."""
+    """The ball with a meter of fluence, four cells in a box inside it."""
     cells = {"type": "fluencemeter", "nx": 2, "ny": 2, "nz": 1, "tagged": True, "wavelength": WAVELENGTH, "orders": 1, "delays": 2, **changes}
     found = scene()
     del found["ball"]["meter"]

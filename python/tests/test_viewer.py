@@ -1,7 +1,8 @@
-"""The viewer's page, driven as a person would: it clicks, types and reads, and what it reads is what files hold.
+"""The viewer's page, driven like a person would: the test clicks, types and reads, and compares
+with files.
 
-Needs Chromium (Debian: apt install chromium) and Playwright; without them these tests are skipped. With MORGANA_SCREENSHOTS set to a
-folder, pictures of the page are written there.
+Needs Chromium (Debian: apt install chromium) and Playwright; without them these tests are skipped.
+With MORGANA_SCREENSHOTS set to a folder, images of the page are written there.
 """
 
 import json
@@ -37,7 +38,7 @@ OPTIONS += [
 SCREENSHOTS = os.environ.get("MORGANA_SCREENSHOTS")
 SIZE = {"width": 1280, "height": 800}
 PATIENCE = 30
-"""Seconds that anything on the page may take."""
+"""Maximum duration of anything on the page, in seconds."""
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +51,7 @@ def browser():
 
 @pytest.fixture
 def page(browser):
-    """A page on which no error is logged and nothing is asked of elsewhere."""
+    """Opens a page, and asserts that it logs no error and sends no request to other hosts."""
     page = browser.new_page(viewport=SIZE)
     page.set_default_timeout(1000 * PATIENCE)
     problems = page.problems = []
@@ -77,7 +78,7 @@ def fog():
 
 @pytest.fixture(scope="module")
 def images(tmp_path_factory):
-    """Two renders of one scene with other seeds."""
+    """Two renders of one scene with different seeds."""
     folder = tmp_path_factory.mktemp("images")
     for seed in (1, 2):
         morgana.write(folder / f"seed{seed}.exr", morgana.render(fog(), spp=8, seed=seed))
@@ -85,7 +86,7 @@ def images(tmp_path_factory):
 
 
 def until(page, condition, argument=None):
-    """Waits for a condition on the page, whose own policy forbids to evaluate texts later."""
+    """Waits for a condition on the page, whose own policy forbids the evaluation of texts later."""
     end = time.monotonic() + PATIENCE
     while not page.evaluate(condition, argument):
         assert time.monotonic() < end, condition
@@ -93,7 +94,7 @@ def until(page, condition, argument=None):
 
 
 def shown(page, action=lambda: None):
-    """Waits until the page shows what an action asked for."""
+    """Waits until the page shows the result of an action."""
     before = page.evaluate("document.body.dataset.shown")
     action()
     until(
@@ -120,12 +121,12 @@ def picture(page, name):
 
 
 def numbers(text):
-    """The numbers of a text as the page writes them."""
+    """Returns the numbers in a text as the page formats them."""
     return [float(n) for n in re.findall(r"-?\d+\.?\d*(?:e-?\d+)?", text.replace("−", "-"))]
 
 
 def readings(page):
-    """Values and errors under the cursor, by channel."""
+    """Returns values and errors under the cursor, by channel."""
     rows = page.locator("#values table").first.locator("tbody tr").all()
     cells = [row.locator("td").all_inner_texts() for row in rows]
     return {name: numbers(value) for name, value in cells}
@@ -152,7 +153,7 @@ def test_values_under_the_cursor_are_those_of_the_file(page, serve, images):
         assert value == pytest.approx(float(image.layers[""][y, x, i]), rel=0.05, abs=2e-4)
         assert error == pytest.approx(float(np.sqrt(image.layers["variance"][y, x, i])), rel=0.06)
     assert read["samples"] == [8.0]
-    # The same again from the address alone.
+    # The address alone restores this state.
     until(page, "place => location.hash.includes(`cursor=${place}`)", f"{x}%2C{y}")
     state = page.evaluate("location.hash").lstrip("#")
     open_page(page, address, state)
@@ -191,7 +192,7 @@ def test_pixels_are_those_of_tonemap(page, serve, images, tmp_path):
         page.get_by_role("button", name="Save PNG").click()
     saved.value.save_as(tmp_path / "b.png")
     found = np.round(imread(tmp_path / "b.png")[..., :3] * 255).astype(int)
-    # Tables of the page round once more.
+    # The page's tables round a second time.
     assert np.abs(found - expected).max() <= 1
     assert (found != expected).mean() < 0.02
     # The canvas shows them, pixel by pixel.
@@ -247,7 +248,7 @@ def test_images_are_compared(page, serve, images):
     np.testing.assert_allclose(z[known.ravel()], expected[known], rtol=1e-3)
     shown(page, lambda: control(page, "compare").select_option("flip"))
     flip = page.evaluate("(p => p.reduce((a, b) => a + b) / p.length)(window.viewer.page().canvas.pictures[0].planes[0])")
-    # `compare` looks without, the page with the exposure that it shows.
+    # `compare` uses no exposure; the page uses the exposure that it shows.
     shown(
         page,
         lambda: control(page, "exposure").fill("0") or control(page, "exposure").press("Enter"),
@@ -280,7 +281,7 @@ def test_profiles_have_bands(page, serve, images):
     values = image.layers[""][36, 10:81, 0]
     code = "(async () => { const p = window.viewer.page(); return [...(await p.plane(0, '', 'R'))].slice(36 * 96 + 10, 36 * 96 + 81); })()"
     np.testing.assert_array_equal(np.float32(page.evaluate(code)), values)
-    # By hand: a line that is dragged with the shift key.
+    # Draw a line by dragging with the shift key.
     canvas = page.locator("#stage .surface canvas")
     box = canvas.bounding_box()
     page.mouse.move(box["x"] + box["width"] * 0.3, box["y"] + box["height"] * 0.3)
@@ -306,7 +307,7 @@ def test_rays_of_pixels_are_those_of_trace(page, serve, program, tmp_path):
     assert numbers(rows["arc length"])[0] == pytest.approx(last["arc_length"], rel=1e-6)
     assert numbers(rows["optical length"])[0] == pytest.approx(last["opl"], rel=1e-6)
     assert numbers(rows["points"]) == [len(ray["points"])]
-    # A click on the film chooses a pixel, whose ray ends on something.
+    # A click on the film selects a pixel, whose ray ends on an object.
     film = page.locator("canvas.film")
     film.scroll_into_view_if_needed()
     box = film.bounding_box()
@@ -330,7 +331,8 @@ def test_what_is_typed_is_checked(page, serve):
 
 
 def test_ten_thousand_segments_are_drawn_like_a_hundred(page, serve):
-    """As one object, not much more slowly, and only when something changes: frame rates are compared, since machines differ."""
+    """Segments are drawn as one object, not much more slowly, and only after changes. Frame rates
+    are compared, because machines differ."""
     open_page(page, serve("view", SCENES / "luneburg_fog.xml"))
     code = """count => { const { stage } = window.viewer.page();
         const rays = Array.from({ length: 100 }, (_, r) => ({ colour: 0xffd166, points: Array.from({ length: count / 100 + 1 }, (_, i) =>
@@ -425,7 +427,7 @@ def test_readings_are_sliced_and_plotted(page, serve, tmp_path):
     values = page.evaluate("[...window.viewer.page().current.values]")
     np.testing.assert_array_equal(np.float32(values), np.float32(stored[index].ravel()))
     picture(page, "fluence")
-    # The sum over the first long axis.
+    # Sum over the first long axis.
     axis = next(i for i, p in enumerate(part) if p != "*" and stored.shape[i] > 1)
     shown(page, lambda: control(page, f"sum{axis}").check())
     values = page.evaluate("[...window.viewer.page().current.values]")
@@ -449,14 +451,15 @@ def test_arrays_of_other_formats_are_shown(page, serve, tmp_path, kind, array):
 
 
 def current(page):
-    """The slice that is shown, row by row."""
+    """Returns the visible slice, row by row."""
     page_of = "window.viewer.page()"
     shape = page.evaluate(f"(p => p.shown(p.current.array).map(i => p.current.array.shape[i]))({page_of})")
     return np.array(page.evaluate(f"[...{page_of}.current.values]"), np.float32).reshape(shape)
 
 
 def test_one_of_several_arrays_is_chosen(page, serve, tmp_path):
-    """Arrays of an archive that says nothing of its axes: chosen, turned and named on the page, and by its address."""
+    """Arrays of an archive without information on axes are selected, transposed and named on the
+    page, and by its address."""
     density = np.arange(24.0).reshape(2, 3, 4)
     np.savez_compressed(tmp_path / "a.npz", density=density, line=np.arange(1, 6), text="water")
     address = serve("view", tmp_path / "a.npz")
@@ -485,7 +488,8 @@ def test_one_of_several_arrays_is_chosen(page, serve, tmp_path):
 
 
 def test_names_in_files_are_text(page, serve, tmp_path):
-    """A name that is markup is shown as it stands: no element comes of it (and no request, and no error, which fail every test here)."""
+    """A name with markup is shown verbatim: it creates no element (and no request or error, which
+    fail every test here)."""
     name = "<img src=x onerror=alert(1)><b>bold</b>"
     np.savez(tmp_path / "a.npz", **{name: np.zeros((2, 3))}, other=np.zeros(4))
     open_page(page, serve("view", tmp_path / "a.npz"))
@@ -495,7 +499,8 @@ def test_names_in_files_are_text(page, serve, tmp_path):
 
 
 def test_arrays_are_pictures_or_slices(page, serve, tmp_path):
-    """A last axis of three is taken for colours, others for a volume, and each can be shown as the other."""
+    """A last axis of length three counts as colours, any other as part of a volume; each can be
+    shown as the other."""
     colours = np.arange(60.0).reshape(4, 5, 3) / 60
     volume = np.arange(120.0).reshape(4, 5, 6)
     np.save(tmp_path / "colours.npy", colours)
@@ -508,7 +513,7 @@ def test_arrays_are_pictures_or_slices(page, serve, tmp_path):
     open_page(page, address, "item=1&at0=3")
     np.testing.assert_array_equal(current(page), volume[3])
     shown(page, lambda: control(page, "as").select_option("image"))
-    # Six channels are as bright as their mean.
+    # Six channels have the brightness of their mean.
     assert page.evaluate("window.viewer.page().canvas.pictures[0].planes[0][7]") == volume[1, 2].mean()
 
 
@@ -527,7 +532,7 @@ def test_files_that_change_and_programs_that_end(page, serve, tmp_path):
     serve.processes[address].wait()
     control(page, "as").select_option("arrays")
     until(page, "document.getElementById('status').textContent.includes('has ended')")
-    # The browser itself notes that nobody answers.
+    # The browser itself reports that the server does not respond.
     page.problems.clear()
 
 
@@ -545,7 +550,7 @@ def test_python_serves_results(page):
 
 
 def test_pages_are_accessible(page, serve, images):
-    """By the rules of axe, at levels A and AA of WCAG 2."""
+    """Pages pass the rules of axe, at levels A and AA of WCAG 2."""
     axe = pytest.importorskip("axe_playwright_python", reason="axe-playwright-python is not installed")
     rules = next(pathlib.Path(axe.__file__).parent.rglob("axe.min.js")).read_text()
     address = serve("view", images / "seed1.exr", images / "seed2.exr", SCENES / "luneburg_fog.xml")

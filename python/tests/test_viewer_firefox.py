@@ -1,8 +1,10 @@
-"""The viewer's page in Firefox, by Mozilla's Marionette; skipped where either is missing. The page itself is tested in Chromium.
+"""The viewer's page in Firefox, by Mozilla's Marionette; skipped if either is missing. The page
+itself is tested in Chromium.
 
-Firefox without a screen does not draw in three dimensions: where there is Xvfb (Debian: apt install xvfb libgl1-mesa-dri), it gets one.
+Firefox without a screen does not draw in three dimensions; if Xvfb is installed (Debian: apt
+install xvfb libgl1-mesa-dri), Firefox gets a virtual screen.
 
-With MORGANA_SCREENSHOTS set to a folder, pictures of the page are written there.
+With MORGANA_SCREENSHOTS set to a folder, images of the page are written there.
 """
 
 import base64
@@ -29,12 +31,12 @@ pytestmark = [
 
 SCREENSHOTS = os.environ.get("MORGANA_SCREENSHOTS")
 PATIENCE = 60
-"""Seconds that anything on the page may take."""
+"""Maximum duration of anything on the page, in seconds."""
 
 
 @pytest.fixture(scope="module")
 def screen():
-    """A screen that nobody sees, if it can be had; its name is in the environment."""
+    """Starts a virtual screen if possible, and puts its name into the environment."""
     if shutil.which("Xvfb") is None:
         yield None
         return
@@ -54,7 +56,7 @@ def screen():
     with open(receiver) as answer, pytest.MonkeyPatch.context() as patch:
         name = f":{answer.readline().strip()}"
         patch.setenv("DISPLAY", name)
-        # Mesa draws by the processor.
+        # Make Mesa draw on the CPU.
         patch.setenv("LIBGL_ALWAYS_SOFTWARE", "1")
         yield name
     process.terminate()
@@ -74,7 +76,7 @@ def firefox(tmp_path_factory, screen):
 
 
 def evaluate(firefox, code, *arguments):
-    """The value of an expression on the page."""
+    """Returns the value of an expression on the page."""
     return firefox.execute_script(f"return ({code})(...arguments)", script_args=arguments, sandbox=None)
 
 
@@ -131,7 +133,7 @@ def test_firefox_draws_scenes(firefox, serve, screen):
     until(firefox, "() => document.querySelector('#rays table')")
     assert evaluate(firefox, "() => window.viewer.page().stage.objects.children.length") > 4
     assert evaluate(firefox, "() => window.viewer.page().stage.rays.children.length") == 1
-    # Something is drawn in the middle, other than the ground.
+    # Check that something differs from the background in the middle.
     code = """() => { const { stage } = window.viewer.page(); const gl = stage.renderer.getContext(); const pixel = new Uint8Array(4);
         stage.renderer.render(stage.scene, stage.camera);
         gl.readPixels(gl.drawingBufferWidth / 2, gl.drawingBufferHeight / 2, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);

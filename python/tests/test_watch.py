@@ -28,11 +28,12 @@ def test_other_threads_run_meanwhile():
     during = turns - before
     over.set()
     thread.join()
-    # A render that kept the interpreter would let it turn a few times at most.
+    # A render that held the interpreter lock would let the loop run a few times at most.
     assert during > 50
 
 
-# Programs that a shell starts in the background ignore interrupts, and so would what they start.
+# Programs that a shell starts in the background ignore SIGINT, and their children would ignore it,
+# too.
 HEARS = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
 
 LONG = """
