@@ -8,8 +8,8 @@ shines. Retarders at oblique incidence differ from Mitsuba's
 
 Both programs render 32 × 32 pixels in 16 batches. Blocks of 4 × 4 pixels are compared, after one
 common factor for brightness (Mitsuba's spectral variant has its own colours). For each parameter,
-the script prints its root mean square over the image, and the root mean square and the largest
-deviation in standard errors: about 1 and 3 if the renders agree.
+the script prints its root mean square over the image. It also prints the root mean square and the
+largest deviation in standard errors: about 1 and 3 if the renders agree.
 
 Mitsuba comes from PyPI into target/mitsuba-venv, as for compare_mitsuba.py.
 

@@ -3,10 +3,10 @@
 
 The first table counts scenes by whether Mitsuba 3 and morgana load them. The second lists the
 reasons why morgana refuses scenes, by the number of scenes that Mitsuba loads. With --render,
-scenes that both load are rendered by both, several times with other seeds. A third table has, for
-each scene, the fraction by which the means differ, this difference in standard errors (z), the root
-mean square of z over blocks of the image (about 1.1 if all is well), and the rows of
-docs/mitsuba.md that apply. Films are made smaller for this (--largest).
+scenes that both load are rendered by both, several times with other seeds. A third table has a row
+for each scene: the fraction by which the means differ, and this difference in standard errors (z).
+The root mean square of z over blocks of the image follows (about 1.1 if all is well), and the rows
+of docs/mitsuba.md that apply. Films are made smaller for this (--largest).
 
 Files without a <scene>, and scenes without a <sensor> of their own or of included files, are left
 out: they are parts of other scenes.

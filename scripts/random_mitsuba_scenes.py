@@ -6,9 +6,9 @@ Both programs read one file, several times with other seeds. The table lists the
 images' means in standard errors, and its root mean square over blocks of the images (about 1.1 if
 all is well). The differences that docs/mitsuba.md allows, --tolerance, are subtracted first.
 
-Marked and not counted are `caustic`, light of point-like emitters that passes smooth glass, which
-morgana finds and Mitsuba's path tracer does not, and scenes to which rows of docs/mitsuba.md apply
-that are more than round-off (`known`).
+Two kinds of scenes are marked and not counted. `caustic` scenes have light of point-like emitters
+that passes smooth glass, which morgana finds and Mitsuba's path tracer does not. To `known` scenes,
+rows of docs/mitsuba.md apply that are more than round-off.
 
 Usage: scripts/random_mitsuba_scenes.py [--count N] [--seed N] [--exe PATH] [--out FOLDER]
 (with any Python that has mitsuba and numpy)

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Measures the cost of watching a render (docs/guides/viewer.md#what-watching-costs).
 
-A client requests the data that a visible page requests: the progress of the render twice a second,
-and for each new image the colours, their variances and the numbers of samples under the cursor. Two
-measurements:
+A client requests the data that a visible page requests. These are the progress of the render twice
+a second, and for each new image the colours, their variances and the numbers of samples under the
+cursor. Two measurements:
 
 * instructions (--instructions), by callgrind: the instructions that make images, as a fraction of the render's,
   and the server's for each request. Callgrind is about fifty times slower than the processor, so that a page

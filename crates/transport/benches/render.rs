@@ -8,9 +8,9 @@
 //! constant index. Ratios are medians over the rounds of times within one round.
 //!
 //! The speed-up by two threads is compared with the speed-up that the machine offers at that
-//! moment: the ratio for an arithmetic loop without shared data, timed in the same round. On two
-//! idle cores the loop reaches 2, and the goal of 1.9 for renders is a fraction of 0.95. On a busy
-//! machine both ratios fall.
+//! moment. This is the ratio for an arithmetic loop without shared data, timed in the same round.
+//! On two idle cores the loop reaches 2, and the goal of 1.9 for renders is a fraction of 0.95. On
+//! a busy machine both ratios fall.
 
 #[path = "../tests/transport/common/mod.rs"]
 mod common;

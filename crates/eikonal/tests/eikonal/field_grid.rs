@@ -176,7 +176,7 @@ fn the_length_scale_follows_from_fourth_derivatives() {
     );
 }
 
-/// The length scale does not depend on the spacing of the samples: rounding of coefficients,
+/// The length scale does not depend on the spacing of the samples. Rounding of coefficients,
 /// divided by the fourth power of the spacing, must not count as structure of the field. Close
 /// samples are therefore judged on coarser lattices, which smooth the wave a little: the length was
 /// measured to change by 1.4 %.

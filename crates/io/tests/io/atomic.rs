@@ -155,9 +155,9 @@ fn the_longest_name_can_be_written_and_a_longer_one_is_refused_by_a_probe() {
     assert_eq!(names(folder.path()), ["a".repeat(255)]);
 }
 
-/// Files left by killed processes are removed. Files that another process may be using stay: a live
-/// process of this machine, which locks them, or a process of another machine that shares the
-/// folder, whose locks may be invisible here.
+/// Files left by killed processes are removed. Files that another process may be using stay. It may
+/// be a live process of this machine, which locks them. It may also belong to another machine that
+/// shares the folder, whose locks may be invisible here.
 #[test]
 fn what_killed_processes_have_left_is_removed() {
     const MINUTES: u64 = 120;

@@ -1,5 +1,5 @@
 //! Sources of MCX with patterns, several sources, and JData arrays, compared with MCX's
-//! documentation: photons start uniformly on the parallelogram of `Param1` and `Param2`, with the
+//! documentation. Photons start uniformly on the parallelogram of `Param1` and `Param2`, with the
 //! weight of the pattern there.
 
 use base64::Engine;

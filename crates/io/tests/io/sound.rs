@@ -119,7 +119,7 @@ fn doubts_of_later_instants_are_told() {
     assert_eq!([0.0, PI / 2.0].map(|phase| costly(phase, PHASES)), [1, 1]);
 }
 
-/// Two media whose sounds have no common period.
+/// Sounds of two media have no common period.
 #[test]
 fn media_have_one_frequency() {
     let of = |hz: &str| {

@@ -272,8 +272,9 @@ fn films_of_luminance_show_the_luminance() {
     assert_eq!(radiance(LUMINANCE, even)[0], 2.0);
 }
 
-/// D65 is 117.008 at 450 nm and 100 at 560 nm, and of luminance 1 if divided by 98.9974. The constants of Planck's law are
-/// those of CODATA 2018, 2hc² = 1.191042972e-16 W m²/sr and hc/k = 1.438776877e-2 m K.
+/// D65 is 117.008 at 450 nm and 100 at 560 nm, and has luminance 1 if divided by 98.9974. The
+/// constants of Planck's law come from CODATA 2018, 2hc² = 1.191042972e-16 W m²/sr and hc/k =
+/// 1.438776877e-2 m K.
 #[test]
 fn films_of_wavelengths_show_the_spectra_themselves() {
     let day = radiance(SPECTRAL, r#"<spectrum name="radiance" type="d65"/>"#);

@@ -45,9 +45,9 @@ fn places() -> impl Iterator<Item = DVec3> {
     })
 }
 
-/// With the default of ten samples per wavelength, the largest errors of the index, its gradient
-/// and its Laplacian in the focus of a bowl are 2.5e-4, 1.9e-3 and 1.2e-2, relative to their
-/// largest values. With a `spacing` of a sixteenth they are 4e-5, 6e-4 and 7e-3.
+/// Tests the largest errors of the index, its gradient and its Laplacian in the focus of a bowl,
+/// relative to their largest values. With the default of ten samples per wavelength they are
+/// 2.5e-4, 1.9e-3 and 1.2e-2. With a `spacing` of a sixteenth they are 4e-5, 6e-4 and 7e-3.
 #[test]
 fn errors_of_splines() {
     let bowl = Transducer {

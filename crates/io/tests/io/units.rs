@@ -434,7 +434,7 @@ fn media_in_any_unit() {
     same(all);
 }
 
-/// Polarised and tagged pictures, second moments, and quantities of sensor rays.
+/// Tests polarised and tagged images, second moments, and quantities of sensor rays.
 #[test]
 fn quantities_in_any_unit() {
     let sound = r#"{"type": "acoustic", "n0": 1.33, "amplitude": 1e-5, "wave_number": 9@-1, "elasto_optic": 0.32}"#;

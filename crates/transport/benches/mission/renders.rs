@@ -99,8 +99,9 @@ fn print(scene: &Scene, row: Row, seconds: f64) {
     );
 }
 
-/// Returns the mean over all pixels of the relative variance of a sample: its variance divided by
-/// the squared brightness of the pixel plus the square of a twentieth of the image's mean.
+/// Returns the mean over all pixels of the relative variance of a sample. It is the variance
+/// divided by the squared brightness of the pixel plus the square of a twentieth of the image's
+/// mean.
 fn relative_variance(rendering: &Rendering) -> f64 {
     let mean = rendering.film.mean();
     let variance = rendering.film.variance();

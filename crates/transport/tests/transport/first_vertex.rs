@@ -283,8 +283,8 @@ fn edge_and_parts(
     (edge, ws.edge_parts)
 }
 
-/// The parts of an edge end where the edge does: at a collision, forced or natural, behind a
-/// surface that refracts or in front of it, or where the edge leaves the scene.
+/// The parts of an edge end where the edge does. The edge ends at a forced or natural collision,
+/// behind or in front of a refracting surface, or where it leaves the scene.
 #[test]
 fn parts_are_those_up_to_the_end() {
     let glassy = ball(glass(), fog(Constant::new(1.5), 1.0, 0.8, 0.0), vec![sun()]);
@@ -490,8 +490,9 @@ fn parts_add_up() {
     }
 }
 
-/// Means with splitting equal means without, with fog of two colours in front of the ball and
-/// inside, under light from an emitter, the sun and the sky, also for paths of limited length.
+/// Means with splitting equal means without. The scene has fog of two colours in front of the ball
+/// and inside, under light from an emitter, the sun and the sky. Tests paths of limited length,
+/// too.
 #[test]
 fn splitting_keeps_means() {
     let coloured = |sigma_t, n| Medium {

@@ -1,8 +1,8 @@
 //! Slabs with published or exact results.
 //!
-//! By reciprocity, the radiance that a sensor at normal incidence receives from a slab under
-//! uniform light from one side is the slab's reflectance or transmittance for a pencil beam along
-//! the sensor's axis. Each z-test is at |z| < 4, a false-alarm rate of 6e-5; there are five.
+//! A sensor at normal incidence receives light from a slab under uniform light from one side. By
+//! reciprocity, its radiance is the slab's reflectance or transmittance for a pencil beam along the
+//! sensor's axis. Each z-test is at |z| < 4, a false-alarm rate of 6e-5; there are five.
 
 use crate::common::{camera, container, estimate, fog, glass, parts, vacuum};
 use eikonal::Field;

@@ -190,7 +190,7 @@ impl Case {
         (self.bsdf)(colours.each_ref().map(texture))
     }
 
-    /// A ball of haze before a wall, lit by a point light and a dim sky, seen through a pane.
+    /// A ball of haze in front of a wall, lit by a point light and a dim sky, seen through a pane.
     fn scene(&self, colours: &Colours) -> Scene {
         let on = |part, bsdf: Bsdf| {
             if self.part == part {

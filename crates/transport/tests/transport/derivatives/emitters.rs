@@ -187,7 +187,7 @@ impl Case {
         (0..count).map(value).collect()
     }
 
-    /// A ball of haze before a wall.
+    /// A ball of haze in front of a wall.
     fn scene(&self, index: &Field, haze: [f64; 2], values: &[[f64; 2]]) -> Scene {
         let [sigma_t, albedo] = haze;
         let mut medium = Medium::homogeneous("haze", index.clone(), sigma_t, albedo)

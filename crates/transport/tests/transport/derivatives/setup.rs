@@ -1,4 +1,4 @@
-//! The scene whose derivatives are taken.
+//! Scene for tests of derivatives.
 
 use super::*;
 use eikonal::field::Placement;

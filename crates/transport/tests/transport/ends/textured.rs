@@ -14,7 +14,7 @@ use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 use testkit::{Family, Mass, Rng, Table, uniform_edges};
 
-/// Pixels of a picture, 4 across and 3 down.
+/// Pixels of an image, 4 across and 3 down.
 const PIXELS: [f32; 12] = [1.0, 0.0, 3.0, 2.0, 0.5, 4.0, 1.5, 0.0, 2.0, 0.25, 5.0, 1.0];
 
 fn picture(filter: BitmapFilter, wrap: Wrap, to_uv: DAffine2) -> Texture {

@@ -84,8 +84,9 @@ pub fn boxed() -> Parts {
 pub struct InBox;
 
 impl InBox {
-    /// Radiance along the ray through (x, y, 0) whose light is moved along z by `dz` before it is scattered:
-    /// σ_s p E ∫ e^{−(1 + x)} e^{−(1 − z)} exp(−(y² + (z + dz)²)/2s²) dz, s the beam's spread.
+    /// Radiance along the ray through (x, y, 0), with its light displaced along z by `dz` before
+    /// scattering: σ_s p E ∫ e^{−(1 + x)} e^{−(1 − z)} exp(−(y² + (z + dz)²)/2s²) dz, s the beam's
+    /// spread.
     fn moved(x: f64, y: f64, dz: f64) -> f64 {
         let n = 200;
         let across = |d: f64| (-0.5 * (d / SPREAD).powi(2)).exp();

@@ -1,8 +1,8 @@
 //! Stokes vectors by estimators that trace light from the sensor, from the emitters, and from both.
 //!
-//! Estimators share the matrices of events, but neither frames nor the order of multiplication: the
-//! path tracer multiplies matrices from the sensor on, and the particle tracer Stokes vectors from
-//! the emitter on. False-alarm rate: 1e-4 for each test.
+//! Estimators share the matrices of events, but neither frames nor the order of multiplication. The
+//! path tracer multiplies matrices from the sensor on, and the particle tracer multiplies Stokes
+//! vectors from the emitter on. False-alarm rate: 1e-4 for each test.
 
 use super::filters::{polarizer, square};
 use super::polarized_by;

@@ -32,7 +32,7 @@ fn batches(integrator: Integrator, scene: &Parts, samples: u64, seed: u64) -> Ve
     (0..BATCHES).map(render).collect()
 }
 
-/// A fibre at a place.
+/// A fibre at a point.
 fn pointed(from: DVec3, radius: f64, divergence: Divergence) -> Fiber {
     let aperture = Aperture::new(from, DOWN, BeamProfile::Disc { radius });
     let power = Spectrum::splat(9.0);

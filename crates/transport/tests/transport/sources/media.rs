@@ -101,9 +101,9 @@ fn power_of_starts(parts: Parts, expected: f64) -> f64 {
     moments.z(expected)
 }
 
-/// Light starts everywhere in an emitting layer, even if it lies between the points at which the
-/// medium is probed first: in a dark medium, beside another layer, but not in a ball of another
-/// medium. Power is 4π ∫ σ_a n² B dV.
+/// Light starts everywhere in an emitting layer, even if the layer lies between the points at which
+/// the medium is probed first. The layer is in a dark medium or beside another layer. Light does
+/// not start in a ball of another medium. Power is 4π ∫ σ_a n² B dV.
 #[test]
 fn light_starts_wherever_a_medium_emits() {
     let (half, size, sigma, n) = (DVec3::splat(0.5), 44, 2.0, 1.3f64);

@@ -311,7 +311,7 @@ fn boxes_in_view_have_their_radiance() {
     max_abs_z(&zs, FAMILY).unwrap();
 }
 
-/// If all media emit σ_a n² and the sky has radiance 1, L/n² is 1 everywhere: absorption and
+/// All media emit σ_a n² and the sky has radiance 1, so that L/n² is 1 everywhere. Absorption and
 /// emission balance, for any scattering and index. n² is linear and the volume trilinear, so that
 /// the result is exact.
 #[test]
