@@ -137,7 +137,7 @@ fn time_ends_samples_that_take_minutes() {
     assert_eq!(folder.json("s.json")["stopped"], "time");
 }
 
-/// The program refuses before the render, with the number and the parameter.
+/// The warning comes before the render, with the number and the parameter.
 #[test]
 fn dear_parameters_are_warned_of() {
     let folder = unlimited("");

@@ -119,7 +119,7 @@ fn doubts_of_later_instants_are_told() {
     assert_eq!([0.0, PI / 2.0].map(|phase| costly(phase, PHASES)), [1, 1]);
 }
 
-/// Sounds of two media have no common period.
+/// Two media with sounds that have no common period.
 #[test]
 fn media_have_one_frequency() {
     let of = |hz: &str| {

@@ -226,8 +226,8 @@ fn there_must_be_one_period() {
     assert!(problems[0].message.contains("several wavelengths"));
 }
 
-/// Media with sounds of different frequencies have no common period. Media with equal or unknown
-/// frequencies do.
+/// Media with sounds of different frequencies have no common period. Media with equal frequencies
+/// do, and so do media one of whose frequencies is unknown.
 #[test]
 fn sounds_of_different_media_must_have_one_frequency() {
     let at = |hz: f64| {

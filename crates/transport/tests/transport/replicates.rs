@@ -123,8 +123,8 @@ fn claims_are_true(integrator: Integrator, (replicates, samples): (Replicates, u
     );
     let zs = [(&single, &single), (&replicates, &replicates)].map(|(a, b)| excess(a, b).1);
     max_abs_z(&zs, FALSE_ALARM).unwrap();
-    // Counted as independent samples, samples of replicates would report the variances of the
-    // others.
+    // Check the power of the test: counted as independent samples, replicates would report the
+    // variances of independent renders.
     let (ratio, z) = excess(&single, &replicates);
     assert!(ratio > 0.3 && z > 8.0, "{ratio} {z}");
     // The means are unbiased, too.

@@ -89,8 +89,9 @@ pub fn grid(size: [usize; 3], estimator: Estimator) -> Meter {
 }
 
 /// Cells of depth h that begin at z, of volume 4h, contain v = (e^−σz − e^−σ(z+h))/σ of fluence and
-/// σv of absorbed power. ∂v/∂σ for a single number follows from this. With a number per cell, cells
-/// in front absorb h times the light that arrives, and cells behind have no effect.
+/// σv of absorbed power. ∂v/∂σ for a single number follows from this. With a number per cell, the
+/// numbers of cells in front each reduce the light here by a fraction h per unit, and numbers of
+/// cells behind have no effect.
 #[test]
 fn derivatives_in_a_beam_have_closed_forms() {
     const CELLS: usize = 4;
