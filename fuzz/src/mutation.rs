@@ -1,4 +1,4 @@
-//! Inputs that differ little from those of a corpus.
+//! Inputs that differ little from inputs of a corpus.
 
 /// Random numbers (SplitMix64) that depend only on a seed, a target and the number of an input.
 pub struct Random(u64);

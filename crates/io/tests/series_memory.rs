@@ -16,10 +16,11 @@ use std::path::Path;
 #[global_allocator]
 static ALLOCATOR: PeakAlloc = PeakAlloc;
 
-/// Numbers of positions along each axis. The next two constants are numbers of frames, in all and
-/// per period.
+/// Numbers of positions along each axis.
 const PLACES: [usize; 3] = [16, 16, 32];
+/// Number of frames.
 const FRAMES: usize = 2048;
+/// Number of frames per period.
 const STEPS: usize = 8;
 /// Maximum bytes per position during reading and afterwards: 24 for sums and 16 for the amplitude.
 const EACH: usize = 40;

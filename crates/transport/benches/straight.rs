@@ -7,7 +7,7 @@
 //!
 //! Times are medians over rounds, for pairs of points inside a cube of fog and across its
 //! index-matched boundary. A whole connection includes the optical depth and the visibility of the
-//! ray; the solver's time is that of the ray alone.
+//! ray; the solver's time includes the ray alone.
 
 #[path = "../tests/transport/common/mod.rs"]
 mod common;

@@ -1,5 +1,5 @@
-//! The plain shooting method: Newton's method from the chord, along rays of equal steps. The steps
-//! are those of the classical Runge–Kutta–Nyström method of fourth order, differentiated.
+//! The plain shooting method: Newton's method from the chord, along rays of equal steps. It uses
+//! the classical Runge–Kutta–Nyström method of fourth order, differentiated.
 
 use crate::published::Effort;
 use glam::{DMat3, DVec3};

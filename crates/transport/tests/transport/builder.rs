@@ -1,5 +1,5 @@
-//! Scenes built from their parts by name: their images equal those of scenes assembled by hand, and
-//! invalid scenes are refused.
+//! Scenes built from their parts by name: their images equal images of scenes assembled by hand,
+//! and invalid scenes are refused.
 
 use crate::common::{self, camera, container, fog, mean, parts, shoot, sky};
 use eikonal::field::{Constant, Luneburg};

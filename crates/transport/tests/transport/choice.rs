@@ -130,7 +130,7 @@ fn the_better_estimator_is_chosen() {
     }
 }
 
-/// The pilot's relative variances of a sample agree with those of renders.
+/// The pilot's relative variances of a sample agree with the variances in renders.
 #[test]
 fn pilots_foretell_variances() {
     let mut family = Family::new(FALSE_ALARM);

@@ -1,9 +1,9 @@
 //! Random choices of connections: whether to connect, and to which of many emitters. A furnace
 //! gives the exact mean, because black emitters of radiance 1 look like the sky of radiance 1.
 //!
-//! False alarms: below 4e-4 for the file. Means of the path tracer, nineteen of them with those of
-//! strategies, are compared with exact ones at |z| < 4.4. Batches of bidirectional path tracing,
-//! and variances, have rates of 1e-4.
+//! False alarms: below 4e-4 for the file. Nineteen means of the path tracer and of strategies are
+//! compared with exact ones at |z| < 4.4. Batches of bidirectional path tracing, and variances,
+//! have rates of 1e-4.
 
 use crate::common::{camera, container, fog, glass, mean, parts, shoot, shoot_by, sky, vacuum};
 use eikonal::field::{Constant, Gaussian, LinearIndex};

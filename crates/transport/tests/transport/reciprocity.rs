@@ -2,7 +2,7 @@
 //!
 //! By docs/theory.md#densities-of-edges the fluence at x of a point light of intensity I at y is φ
 //! = ∫ L dω = K(x, y) I/n(y)². K sums products of T/B over edges and of κ over vertices, which are
-//! all symmetric. n(x)² of the sensor cancels that of the first edge, dω = dA/(B n(x)²). Hence φ(x
+//! all symmetric. n(x)² of the sensor cancels n(x)² of the first edge, dω = dA/(B n(x)²). Hence φ(x
 //! ← y) n(y)² = φ(y ← x) n(x)². The fluence is summed over pixels with their solid angles;
 //! everything that scatters is in view.
 //!

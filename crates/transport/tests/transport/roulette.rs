@@ -46,7 +46,8 @@ fn adjoint_estimates_are_worth_what_paths_brought() {
         for x in [-0.7, 0.7] {
             let found = adjoint.of(&start(DVec3::new(x, 0.3, z))).unwrap();
             println!("{z}: {found}, exact {exact}");
-            // The estimate partly treats training samples as those of the larger cells around.
+            // The estimate partly counts training samples as samples of the larger surrounding
+            // cells.
             assert!((found / exact - 1.0).abs() < 0.01);
         }
     }

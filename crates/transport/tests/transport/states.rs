@@ -296,7 +296,7 @@ fn measurements_in_parts_are_the_whole() {
     assert!(whole.readings[0][0].mean.iter().sum::<f64>() > 0.0);
 }
 
-/// Quantities besides light do not change the light, bit for bit, and equal those of the rays
+/// Quantities besides light do not change the light, bit for bit, and equal quantities of the rays
 /// rendered alone.
 #[test]
 fn quantities_beside_light_are_those_alone() {

@@ -256,8 +256,8 @@ fn cavities_as_published() {
     }
 }
 
-/// A smooth layer over a diffuse base transmits 1 − F̄ of the light from the base. This is the
-/// light that entered the layer, over η².
+/// A smooth layer over a diffuse base returns the base's albedo times 1 − F, the fraction that
+/// enters, times (1 − F̄)/η², the fraction that leaves.
 #[test]
 fn smooth_coatings_let_out_what_fresnel_says() {
     let mut zs = Vec::new();

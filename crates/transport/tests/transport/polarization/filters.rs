@@ -45,7 +45,7 @@ pub fn behind(filters: Vec<(FilterElement, DQuat)>) -> [f64; 4] {
 
 /// Compares Stokes parameters with Mitsuba 3.9.1 (scalar_spectral_polarized): unpolarised light
 /// that filters transmit to a camera, divided by its intensity, to Mitsuba's four digits. Mitsuba
-/// rotates the axes of polarisers in the opposite sense to those of retarders.
+/// rotates the axes of polarisers in the opposite sense to axes of retarders.
 #[test]
 fn filters_do_what_those_of_mitsuba_do() {
     let plain = DQuat::IDENTITY;

@@ -244,8 +244,8 @@ fn photon_maps_see_volumes() {
 }
 
 /// A pane of glass stands in the middle of a long volume. Its reflected and transmitted fractions
-/// add up to one, and so do those of light from its inside. The radiance is therefore ε (2a +
-/// d/n²), with a on either side of the thickness d. Tests renders with splitting and without.
+/// add up to one, also for light from its inside. The radiance is therefore ε (2a + d/n²), with a
+/// on either side of the thickness d. Tests renders with splitting and without.
 #[test]
 fn split_rays_gather_once() {
     let (epsilon, n, half) = (0.7, 1.5, DVec3::new(3.0, 3.0, 0.5));
