@@ -146,8 +146,8 @@ fn the_identity_holds_for_every_field() {
     }
 }
 
-/// All rays from the plane that touches a Luneburg lens to its far pole have the optical length (1
-/// + π/2)R. The error is of second order in the error of the path.
+/// All rays from the plane that touches a Luneburg lens to its far pole have the optical length
+/// R(1 + π/2). The error is of second order in the error of the path.
 #[test]
 fn luneburg_lens() {
     let field: Field = Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap().into();
