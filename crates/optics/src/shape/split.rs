@@ -13,10 +13,11 @@ pub(super) const DEPTH: u32 = 64;
 const BINS: usize = 16;
 
 /// Largest number of boxes in a leaf, unless they cannot be separated.
-const LEAF: usize = 8;
+const LEAF: usize = 4;
 
-/// Cost of a visit to a node, relative to the test of a leaf's box and shape.
-const VISIT: f32 = 3.0;
+/// Cost of a visit to a node, relative to the test of a shape. Four boxes are tested in a fifth of the
+/// time of a triangle; smaller and larger costs measured slower in scenes of meshes.
+const VISIT: f32 = 0.6;
 
 /// Box of the list, with its index in the list.
 #[derive(Clone, Copy)]
