@@ -61,13 +61,13 @@ pub(super) const FILTERS: &[Plugin] = &[
     plugin(
         "tent",
         "A linear fall-off.",
-        &[&[float("radius", "pixels").positive().or(1.0)]],
+        &[&[float("radius", "pixels").within(0.1, 32.0).or(1.0)]],
         &[],
     ),
     plugin(
         "gaussian",
         "A bell, cut off at four standard deviations.",
-        &[&[float("stddev", "pixels").positive().or(0.5)]],
+        &[&[float("stddev", "pixels").within(0.025, 8.0).or(0.5)]],
         &[],
     ),
     plugin(

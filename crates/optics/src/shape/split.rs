@@ -15,8 +15,9 @@ const BINS: usize = 16;
 /// Largest number of boxes in a leaf, unless they cannot be separated.
 const LEAF: usize = 4;
 
-/// Cost of a visit to a node, relative to the test of a shape. Four boxes are tested in a fifth of the
-/// time of a triangle; smaller and larger costs measured slower in scenes of meshes.
+/// Cost of a visit to a node, relative to the test of a shape: the four boxes of a node are tested
+/// together. With a cost of 3 and up to eight boxes in a leaf, pictures of meshes took a tenth more
+/// time.
 const VISIT: f32 = 0.6;
 
 /// Box of the list, with its index in the list.

@@ -1,5 +1,4 @@
-//! Reconstruction filters. Film samples are drawn in proportion to their value
-//! (docs/theory.md#film).
+//! Reconstruction filters (docs/theory.md#film).
 
 use super::SignedFilter;
 use std::f64::consts::TAU;
@@ -12,24 +11,28 @@ pub enum Filter {
     Box,
     /// Triangle of the given radius.
     Tent {
-        /// Half width.
+        /// Half width, in [`Filter::RADII`].
         radius: f64,
     },
     /// Gaussian, cut off at four standard deviations.
     Gaussian {
-        /// Standard deviation.
+        /// Standard deviation, a quarter of a radius in [`Filter::RADII`].
         stddev: f64,
     },
     /// Filter with negative lobes.
     Signed(SignedFilter),
 }
 
-/// Cut-off of Gaussians, in standard deviations.
-const CUT: f64 = 4.0;
 /// Fraction of a Gaussian's integral within the cut-off: erf(4/√2).
 const GAUSSIAN_MASS: f64 = 0.999_936_657_516_333_8;
 
 impl Filter {
+    /// Smallest and largest [radius](Filter::radius) of a tent or a Gaussian, in pixels. A sample
+    /// counts in all pixels under the filter, so that the radius bounds the work of a sample.
+    pub const RADII: [f64; 2] = [0.1, 32.0];
+    /// Cut-off of Gaussians, in standard deviations.
+    pub(crate) const CUT: f64 = 4.0;
+
     /// Samples an offset from the pixel's centre with density [`Filter::pdf`]; `u` is uniform in
     /// [0, 1).
     pub fn sample(&self, u: f64) -> f64 {
@@ -91,7 +94,7 @@ impl Filter {
         match *self {
             Filter::Box => 0.5,
             Filter::Tent { radius } => radius,
-            Filter::Gaussian { stddev } => CUT * stddev,
+            Filter::Gaussian { stddev } => Self::CUT * stddev,
             Filter::Signed(filter) => filter.radius(),
         }
     }
@@ -169,12 +172,12 @@ mod tests {
 
     #[test]
     fn quantiles_are_those_of_the_normal_distribution() {
-        assert_eq!(GAUSSIAN_MASS, libm::erf(CUT / SQRT_2));
+        assert_eq!(GAUSSIAN_MASS, libm::erf(Filter::CUT / SQRT_2));
         for step in -999..=999 {
             let q = 0.5 * GAUSSIAN_MASS * f64::from(step) / 999.0;
             let found = normal_quantile(q);
             assert!((0.5 * libm::erf(found / SQRT_2) - q).abs() < 2e-16, "{q}");
         }
-        assert!((normal_quantile(0.5 * GAUSSIAN_MASS) - CUT).abs() < 1e-11);
+        assert!((normal_quantile(0.5 * GAUSSIAN_MASS) - Filter::CUT).abs() < 1e-11);
     }
 }

@@ -56,17 +56,16 @@ impl Problems {
             let message = format!("must be 1 to {most}, but it is {channels}");
             self.add("film".into(), Some("channels"), message);
         }
-        match film.filter {
-            Filter::Tent { radius } => self.filter("radius", radius),
-            Filter::Gaussian { stddev } => self.filter("stddev", stddev),
-            Filter::Box | Filter::Signed(_) => {}
-        }
-    }
-
-    fn filter(&mut self, parameter: &'static str, width: f64) {
-        if !(width > 0.0 && width <= LARGEST_FILM as f64) {
+        let [least, most] = Filter::RADII;
+        let (parameter, width, deviations) = match film.filter {
+            Filter::Tent { radius } => ("radius", radius, 1.0),
+            Filter::Gaussian { stddev } => ("stddev", stddev, Filter::CUT),
+            Filter::Box | Filter::Signed(_) => return,
+        };
+        let [least, most] = [least / deviations, most / deviations];
+        if !(least..=most).contains(&width) {
             let message = format!(
-                "must be positive and at most {LARGEST_FILM} pixels, but it is {}",
+                "must be {least} to {most} pixels, but it is {}",
                 Shown(width)
             );
             self.add("filter".into(), Some(parameter), message);
