@@ -38,6 +38,8 @@ impl Taps {
         let mut weights: SmallVec<[f64; 8]> = (first..end).map(value).collect();
         let sum: f64 = weights.iter().sum();
         if sum != 0.0 {
+            // Planted error "weights of pixels that do not add up to one", found by morgana-transport/transport::reconstruction::an_even_sky_stays_even:
+            // weights.iter_mut().for_each(|weight| *weight /= sum.signum());
             weights.iter_mut().for_each(|weight| *weight /= sum);
         }
         Taps { first, weights }

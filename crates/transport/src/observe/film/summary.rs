@@ -32,6 +32,8 @@ impl Film {
             let of_pixels = || pixels().map(|p| square(&p)).sum::<f64>();
             variance += match (self.whole(group, layer), self.shape.noise) {
                 (whole, _) if whole.count == 0 => of_pixels(),
+                // Planted error "image errors of pixels that share samples, as if they did not", found by morgana-transport/transport::reconstruction::stated_errors_are_the_spread_over_seeds:
+                // (whole, Some(noise)) if self.few_images(whole) => of_pixels() / noise.max(1.0),
                 (whole, Some(noise)) if self.few_images(whole) => of_pixels() / noise,
                 (whole, _) => square(whole) * (n * n) as f64,
             };
