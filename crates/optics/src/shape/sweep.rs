@@ -113,17 +113,17 @@ impl SingleRay {
     }
 
     /// Returns, for each of four boxes, a lower bound of the parameter from which on the curve is
-    /// in the box; infinity if the curve misses the box before the parameter `end`. `sides` are
-    /// the lower and upper bounds of the boxes by axis.
+    /// in the box; infinity if the curve misses the box before the parameter `end`. `sides` are,
+    /// for each axis, the lower and upper bounds of the boxes.
     #[inline]
-    pub(super) fn enter(&self, sides: &[[[f32; 4]; 3]; 2], end: f32) -> [f32; 4] {
+    pub(super) fn enter(&self, sides: &[[[f32; 4]; 2]; 3], end: f32) -> [f32; 4] {
         let (mut enter, mut leave) = ([0.0f32; 4], [end; 4]);
-        for axis in 0..3 {
+        for (axis, sides) in sides.iter().enumerate() {
             let near = self.backward[axis];
             let far = 1 - near;
             let inverse = self.inverse[axis];
             let [from, to] = [self.starts[near][axis], self.starts[far][axis]];
-            let [near, far] = [&sides[near][axis], &sides[far][axis]];
+            let [near, far] = [&sides[near], &sides[far]];
             for k in 0..4 {
                 // A product that is NaN leaves the bound as it is.
                 let (a, b) = ((near[k] - from) * inverse, (far[k] - to) * inverse);

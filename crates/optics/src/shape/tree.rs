@@ -39,8 +39,8 @@ pub struct Tree {
 #[derive(Clone)]
 #[repr(align(64))]
 struct Wide {
-    /// Lower and upper bounds of the children, by axis.
-    sides: [[[f32; WIDTH]; 3]; 2],
+    /// Lower and upper bounds of the children along each axis.
+    sides: [[[f32; WIDTH]; 2]; 3],
     children: [Child; WIDTH],
 }
 
@@ -215,7 +215,7 @@ fn widened(nodes: &[Node], root: usize) -> SmallVec<[usize; WIDTH]> {
 
 impl Wide {
     const EMPTY: Wide = Wide {
-        sides: [[[f32::INFINITY; WIDTH]; 3], [[f32::NEG_INFINITY; WIDTH]; 3]],
+        sides: [[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3],
         children: [Child {
             first: NONE,
             count: 0,
@@ -223,10 +223,8 @@ impl Wide {
     };
 
     fn set(&mut self, k: usize, node: &Node, child: Child) {
-        for (side, corner) in self.sides.iter_mut().zip([node.min, node.max]) {
-            for (axis, bounds) in side.iter_mut().enumerate() {
-                bounds[k] = corner[axis];
-            }
+        for (axis, [low, high]) in self.sides.iter_mut().enumerate() {
+            (low[k], high[k]) = (node.min[axis], node.max[axis]);
         }
         self.children[k] = child;
     }
@@ -257,11 +255,10 @@ impl Wide {
 
     /// Returns the children whose boxes overlap a box.
     fn near(&self, b: &Aabb) -> impl Iterator<Item = Child> + '_ {
-        let [low, high] = &self.sides;
         let (min, max) = (b.min, b.max);
         let overlaps = move |k: usize| {
-            (0..3).all(|axis| {
-                f64::from(low[axis][k]) <= max[axis] && f64::from(high[axis][k]) >= min[axis]
+            self.sides.iter().enumerate().all(|(axis, [low, high])| {
+                f64::from(low[k]) <= max[axis] && f64::from(high[k]) >= min[axis]
             })
         };
         let children = self.children.into_iter().enumerate();
