@@ -2,7 +2,7 @@
 
 use super::metals::METAL_NAMES;
 use super::parameter::{boolean, float, index, list, spectrum, word};
-use super::row::{many, one, plugin, role, texture};
+use super::row::{many, one, own_plugin, plugin, role, texture};
 use super::{Parameter, Plugin, Slot};
 use crate::scene::PluginKind::{Bsdf, Texture};
 
@@ -307,7 +307,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         ],
         &[texture("theta"), texture("delta")],
     ),
-    plugin(
+    own_plugin(
         "roughdiffuse",
         "Cavities with Lambertian walls.",
         &[&[
@@ -321,7 +321,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         ]],
         &[texture("reflectance"), ALPHA],
     ),
-    plugin(
+    own_plugin(
         "phong",
         "A diffuse part, and a lobe around the mirror's direction.",
         &[
@@ -330,13 +330,13 @@ pub(super) const PLUGINS: &[Plugin] = &[
         ],
         &[texture("exponent"), BASE, REFLECTED],
     ),
-    plugin(
+    own_plugin(
         "ward",
         "A diffuse part, and Ward's lobe.",
         &[GLOSSY, ALPHAS],
         &[BASE, REFLECTED, ALPHA, ALPHA_U, ALPHA_V],
     ),
-    plugin(
+    own_plugin(
         "coating",
         "A smooth layer over another bsdf.",
         &[LAYER, REFLECTANCE],
@@ -346,7 +346,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
             one(Bsdf, "What lies below, opaque."),
         ],
     ),
-    plugin(
+    own_plugin(
         "roughcoating",
         "A rough layer over another bsdf.",
         &[LAYER, REFLECTANCE, COAT_ALPHAS, FACETS],
@@ -357,7 +357,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
             one(Bsdf, "What lies below, opaque."),
         ],
     ),
-    plugin(
+    own_plugin(
         "mixturebsdf",
         "A mixture of any number of bsdfs.",
         &[&[list(

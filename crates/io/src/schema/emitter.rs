@@ -1,7 +1,7 @@
 //! Emitters.
 
 use super::parameter::{TO_WORLD, boolean, float, integer, point, spectrum, text, vector, word};
-use super::row::{one, plugin, role, texture};
+use super::row::{one, own_plugin, plugin, role, texture};
 use super::{Parameter, Plugin, Slot};
 use crate::scene::PluginKind::{Medium, Texture, Volume};
 
@@ -170,7 +170,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         &[super::sensor::VIEW, PROJECTOR],
         &[role(Texture, "irradiance", "A bitmap in its place.")],
     ),
-    plugin("ies", "A luminaire that was measured.", &[IES], &[]),
+    own_plugin("ies", "A luminaire that was measured.", &[IES], &[]),
     plugin(
         "directional",
         "Parallel light from outside.",
@@ -201,19 +201,19 @@ pub(super) const PLUGINS: &[Plugin] = &[
         &[SUNSKY],
         &[],
     ),
-    plugin(
+    own_plugin(
         "collimated",
         "A beam along +z.",
         &[APERTURE, BEAM, PLACED],
         BEHIND_PICTURE,
     ),
-    plugin(
+    own_plugin(
         "fiber",
         "The end of a fibre: an aperture that radiates into a cone about +z.",
         &[APERTURE, FIBER, PLACED],
         BEHIND_PICTURE,
     ),
-    plugin(
+    own_plugin(
         "volumelight",
         "Light from all points of a volume, the same in all directions.",
         &[

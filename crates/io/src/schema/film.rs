@@ -113,9 +113,9 @@ pub(super) const SAMPLERS: &[Plugin] = &[
     even("stratified"),
     even("multijitter"),
     even("orthogonal"),
-    even("halton"),
-    even("hammersley"),
-    even("sobol"),
+    old_even("halton"),
+    old_even("hammersley"),
+    old_even("sobol"),
 ];
 
 /// Describes a sampler of Mitsuba with evenly spread samples. morgana replaces it by `ldsampler`.
@@ -150,3 +150,12 @@ const SAMPLES: &[Parameter] = &[
     ),
     integer("seed", "accepted and ignored"),
 ];
+
+/// Describes a sampler of only earlier versions of Mitsuba, with evenly spread samples. morgana
+/// replaces it by `ldsampler`.
+const fn old_even(name: &'static str) -> Plugin {
+    Plugin {
+        in_mitsuba: false,
+        ..even(name)
+    }
+}

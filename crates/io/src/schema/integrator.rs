@@ -1,7 +1,7 @@
 //! Integrators.
 
 use super::parameter::{boolean, float, integer, list, word};
-use super::row::{many, plugin, role};
+use super::row::{many, own_plugin, plugin, role};
 use super::{Parameter, Plugin};
 use crate::PluginKind::{Integrator, Volume};
 
@@ -120,7 +120,7 @@ const PHOTONS: &[Parameter] = &[
 ];
 
 pub(super) const PLUGINS: &[Plugin] = &[
-    plugin(
+    own_plugin(
         "auto",
         "Path, particle or bidirectional path tracing, whichever a pilot finds best.",
         &[DEPTH, COMMON, BDPT],
@@ -140,20 +140,20 @@ pub(super) const PLUGINS: &[Plugin] = &[
         &[COMMON, DIRECT],
         &[],
     ),
-    plugin(
+    own_plugin(
         "particle",
         "Particle tracing from the emitters.",
         &[DEPTH, COMMON],
         &[],
     ),
     plugin("ptracer", "The same as particle.", &[DEPTH, COMMON], &[]),
-    plugin(
+    own_plugin(
         "bdpt",
         "Bidirectional path tracing.",
         &[DEPTH, COMMON, BDPT],
         &[],
     ),
-    plugin(
+    own_plugin(
         "vcm",
         "Bidirectional path tracing with merging of vertices: consistent, not unbiased.",
         &[DEPTH, COMMON, BDPT, MERGING],
@@ -187,19 +187,19 @@ pub(super) const PLUGINS: &[Plugin] = &[
         &[],
         &[many(Integrator, "The first renders.")],
     ),
-    plugin(
+    own_plugin(
         "tagged",
         "Image of its integrator (path, direct, particle or bdpt) with the sidebands to which sound shifts the light.",
         &[TAGGED],
         &[many(Integrator, "The first renders.")],
     ),
-    plugin(
+    own_plugin(
         "photon",
         "Photon maps of a fixed radius.",
         &[DEPTH, COMMON, PHOTONS],
         &[],
     ),
-    plugin(
+    own_plugin(
         "sppm",
         "Progressive photon maps.",
         &[DEPTH, COMMON, PHOTONS],

@@ -1,7 +1,7 @@
 //! Media and phase functions.
 
 use super::parameter::{boolean, float, list, spectrum, vector, word};
-use super::row::{many, one, plugin, role};
+use super::row::{many, one, own_plugin, plugin, role};
 use super::{Parameter, Plugin, Slot, substance};
 use crate::scene::PluginKind::{Phase, Volume};
 use crate::tissue;
@@ -95,7 +95,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         &[SCATTERING, INDEX],
         CHILDREN,
     ),
-    plugin("transparent", "Clear matter.", &[INDEX], &[FIELD]),
+    own_plugin("transparent", "Clear matter.", &[INDEX], &[FIELD]),
 ];
 
 pub(super) const PHASES: &[Plugin] = &[
@@ -106,7 +106,7 @@ pub(super) const PHASES: &[Plugin] = &[
         &[&[float("g", "mean cosine").above(-1.0).below(1.0).or(0.8)]],
         &[role(Volume, "g", "A mean cosine that varies in space.")],
     ),
-    plugin(
+    own_plugin(
         "vmf",
         "von Mises–Fisher.",
         &[&[float("kappa", "concentration").at_least(0.0).required()]],
@@ -118,7 +118,7 @@ pub(super) const PHASES: &[Plugin] = &[
         &[],
         &[],
     ),
-    plugin(
+    own_plugin(
         "mie",
         "Spheres of any size, by their index and that around them.",
         &[&[
@@ -155,7 +155,7 @@ pub(super) const PHASES: &[Plugin] = &[
             role(Volume, "weight", "A weight that varies in space."),
         ],
     ),
-    plugin(
+    own_plugin(
         "mixturephase",
         "A mixture of any number of phase functions.",
         &[&[list("weights", "their shares, ≥ 0").required()]],

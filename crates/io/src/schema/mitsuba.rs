@@ -1,61 +1,7 @@
 //! Plugins and parameters in which morgana and Mitsuba 3.9.1 differ.
 
+use super::find;
 use crate::scene::PluginKind;
-
-/// Plugins that Mitsuba does not have, by kind.
-const PLUGINS: &[(PluginKind, &[&str])] = &[
-    (
-        PluginKind::Bsdf,
-        &[
-            "coating",
-            "mixturebsdf",
-            "phong",
-            "roughcoating",
-            "roughdiffuse",
-            "ward",
-        ],
-    ),
-    (
-        PluginKind::Emitter,
-        &["collimated", "fiber", "ies", "volumelight"],
-    ),
-    (
-        PluginKind::Integrator,
-        &[
-            "auto", "bdpt", "particle", "photon", "sppm", "tagged", "vcm",
-        ],
-    ),
-    (PluginKind::Medium, &["transparent"]),
-    (PluginKind::Phase, &["mie", "mixturephase", "vmf"]),
-    (PluginKind::Sampler, &["halton", "hammersley", "sobol"]),
-    (PluginKind::Sensor, &["fluencemeter", "telecentric"]),
-    (PluginKind::Shape, &["gltf", "hair", "labels", "mesh"]),
-    (PluginKind::Texture, &["scale"]),
-    (
-        PluginKind::Volume,
-        &[
-            "acoustic",
-            "bspline",
-            "cauchy",
-            "constant",
-            "expression",
-            "fisheye",
-            "gaussian",
-            "gladstone_dale",
-            "linear",
-            "linear_square",
-            "luneburg",
-            "mode",
-            "pressure",
-            "profile",
-            "selfoc",
-            "sellmeier",
-            "standard_atmosphere",
-            "sum",
-            "transducer",
-        ],
-    ),
-];
 
 /// Parameters and roles that Mitsuba has for no plugin of a kind.
 const PARAMETERS: &[(PluginKind, &[&str])] = &[
@@ -244,7 +190,7 @@ pub(crate) fn substitute(kind: PluginKind, name: &str) -> Option<&'static str> {
 
 /// Returns true if Mitsuba has the plugin.
 pub(crate) fn has_plugin(kind: PluginKind, name: &str) -> bool {
-    !lists(PLUGINS, kind, name)
+    find(kind, name).is_none_or(|plugin| plugin.in_mitsuba)
 }
 
 /// Returns true if Mitsuba's `plugin` has a parameter or a role `name`.

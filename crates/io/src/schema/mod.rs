@@ -40,6 +40,8 @@ pub struct Plugin {
     children: &'static [Slot],
     /// Parameter that stands for parameters of any other name, if the plugin accepts them.
     others: Option<&'static Parameter>,
+    /// True if Mitsuba 3 has the plugin.
+    in_mitsuba: bool,
 }
 
 /// A place for children of one kind.

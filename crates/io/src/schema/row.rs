@@ -3,7 +3,7 @@
 use super::{Parameter, Plugin, Slot};
 use crate::scene::PluginKind;
 
-/// Makes a plugin. Its parameters come in groups, which plugins may share.
+/// Makes a plugin that Mitsuba has. Its parameters come in groups, which plugins may share.
 pub(super) const fn plugin(
     name: &'static str,
     help: &'static str,
@@ -16,6 +16,20 @@ pub(super) const fn plugin(
         parameters,
         children,
         others: None,
+        in_mitsuba: true,
+    }
+}
+
+/// Makes a plugin that Mitsuba does not have.
+pub(super) const fn own_plugin(
+    name: &'static str,
+    help: &'static str,
+    parameters: &'static [&'static [Parameter]],
+    children: &'static [Slot],
+) -> Plugin {
+    Plugin {
+        in_mitsuba: false,
+        ..plugin(name, help, parameters, children)
     }
 }
 

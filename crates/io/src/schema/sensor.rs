@@ -2,7 +2,7 @@
 
 use super::integrator::TAGGED;
 use super::parameter::{TO_WORLD, boolean, float, integer, point, spectrum, text, vector, word};
-use super::row::{many, one, plugin, role};
+use super::row::{many, one, own_plugin, plugin, role};
 use super::{Parameter, Plugin, Slot};
 use crate::scene::PluginKind::{Film, Medium, Rfilter, Sampler, Sensor, Texture};
 
@@ -274,7 +274,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         &[CAMERA],
         PICTURE,
     ),
-    plugin(
+    own_plugin(
         "telecentric",
         "The same narrow cone of directions at every point, with a knife edge if wanted.",
         &[TELECENTRIC, APERTURE, CAMERA],
@@ -301,7 +301,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         &[RAY, CAMERA],
         PICTURE,
     ),
-    plugin(
+    own_plugin(
         "fluencemeter",
         "Fluence rate and absorbed power in cells.",
         &[CELLS, READING, TAGS, TAGGED],

@@ -1,7 +1,7 @@
 //! Shapes.
 
 use super::parameter::{TO_WORLD, boolean, float, integer, point, tensor, text, word};
-use super::row::{many, one, plugin, role};
+use super::row::{many, one, own_plugin, plugin, role};
 use super::{Parameter, Plugin, Slot};
 use crate::scene::PluginKind::{Bsdf, Emitter, Medium, Sensor, Shape};
 
@@ -180,7 +180,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         &[MESH, &[FLIP], COMMON],
         CHILDREN,
     ),
-    plugin(
+    own_plugin(
         "mesh",
         "Triangles that the scene itself holds.",
         &[ARRAYS, COMMON],
@@ -198,7 +198,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         ],
         CHILDREN,
     ),
-    plugin(
+    own_plugin(
         "gltf",
         "Triangles of all nodes of a glTF file's scene.",
         &[MESH, COMMON],
@@ -216,7 +216,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         &[CURVE, COMMON],
         CHILDREN,
     ),
-    plugin(
+    own_plugin(
         "hair",
         "Strands of hair of Mitsuba 0.6: balls that are swept along lines.",
         &[HAIR, COMMON],
@@ -228,7 +228,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         &[DISTANCES, COMMON],
         CHILDREN,
     ),
-    plugin(
+    own_plugin(
         "labels",
         "A volume of labelled voxels, each label a medium.",
         &[LABELS],

@@ -1,7 +1,7 @@
 //! Textures of surfaces.
 
 use super::parameter::{boolean, float, spectrum, tensor, text, transform, word};
-use super::row::{one, plugin, texture};
+use super::row::{one, own_plugin, plugin, texture};
 use super::{Parameter, Plugin};
 use crate::scene::PluginKind::{Texture, Volume};
 
@@ -56,7 +56,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         ]],
         &[],
     ),
-    plugin(
+    own_plugin(
         "scale",
         "A texture times a factor.",
         &[&[

@@ -4,7 +4,7 @@ use super::parameter::{
     TO_WORLD, boolean, float, integer, list, number_or_word, point, spectrum, tensor, text, vector,
     word,
 };
-use super::row::{many, one, plugin};
+use super::row::{many, one, own_plugin, plugin};
 use super::{Parameter, Plugin};
 use crate::scene::PluginKind::Volume;
 
@@ -205,25 +205,25 @@ const DISPERSION: &[Parameter] = &[float(
 .positive()];
 
 pub(super) const PLUGINS: &[Plugin] = &[
-    plugin(
+    own_plugin(
         "constant",
         "The same index everywhere.",
         &[&[float("value", "index").as_index().required()], PLACED],
         &[],
     ),
-    plugin(
+    own_plugin(
         "linear",
         "n = n0 + slope·(x − origin).",
         &[&[N0, SLOPE, ORIGIN], PLACED],
         &[],
     ),
-    plugin(
+    own_plugin(
         "linear_square",
         "n² = n0² + slope·(x − origin).",
         &[&[N0, SLOPE, ORIGIN], PLACED],
         &[],
     ),
-    plugin(
+    own_plugin(
         "luneburg",
         "n² = n_exterior² (2 − r²/radius²).",
         &[
@@ -236,7 +236,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         ],
         &[],
     ),
-    plugin(
+    own_plugin(
         "selfoc",
         "n² = n0² (1 − alpha² r²), r from the axis.",
         &[
@@ -250,7 +250,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         ],
         &[],
     ),
-    plugin(
+    own_plugin(
         "fisheye",
         "n = n0/(1 + r²/radius²).",
         &[
@@ -263,7 +263,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         ],
         &[],
     ),
-    plugin(
+    own_plugin(
         "gaussian",
         "n = n0 + delta exp(−r²/2 width²).",
         &[
@@ -277,7 +277,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         ],
         &[],
     ),
-    plugin(
+    own_plugin(
         "acoustic",
         "Standing sound around an axis: one mode, or nested ones.",
         &[
@@ -293,8 +293,8 @@ pub(super) const PLUGINS: &[Plugin] = &[
         ],
         &[many(Volume, "Modes.")],
     ),
-    plugin("mode", "A mode of an acoustic field.", &[MODE], &[]),
-    plugin(
+    own_plugin("mode", "A mode of an acoustic field.", &[MODE], &[]),
+    own_plugin(
         "expression",
         "An index by a formula in x, y, z, r and rho.",
         &[
@@ -307,7 +307,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         &[],
     )
     .with_others(OF_FORMULA),
-    plugin(
+    own_plugin(
         "profile",
         "An index that varies with one coordinate, by a table.",
         &[
@@ -332,7 +332,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         ],
         &[],
     ),
-    plugin(
+    own_plugin(
         "standard_atmosphere",
         "The index of the US Standard Atmosphere of 1976, above the plane z = 0 or around a sphere.",
         &[
@@ -348,13 +348,13 @@ pub(super) const PLUGINS: &[Plugin] = &[
         ],
         &[],
     ),
-    plugin(
+    own_plugin(
         "bspline",
         "A tricubic B-spline through samples of the index.",
         &[FILE, NUMBERS, SMOOTHING],
         &[],
     ),
-    plugin(
+    own_plugin(
         "gladstone_dale",
         "The index of a gas from samples of its density, kg/m³.",
         &[
@@ -369,7 +369,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         ],
         &[],
     ),
-    plugin(
+    own_plugin(
         "pressure",
         "The index of a liquid from samples of the pressure, Pa.",
         &[
@@ -382,19 +382,19 @@ pub(super) const PLUGINS: &[Plugin] = &[
         ],
         &[],
     ),
-    plugin(
+    own_plugin(
         "transducer",
         "The index of a liquid in the sound of a transducer.",
         &[SOURCE, ELEMENTS, REGION, PLACED, ELASTO_OPTIC],
         &[],
     ),
-    plugin(
+    own_plugin(
         "sum",
         "Perturbations of a reference index, added in n².",
         &[&[float("reference", "index").as_index().or(1.0)], PLACED],
         &[many(Volume, "The terms.")],
     ),
-    plugin(
+    own_plugin(
         "cauchy",
         "n = a + b/λ² + c/λ⁴, λ in µm.",
         &[
@@ -407,7 +407,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         ],
         &[one(Volume, "The index at the reference wavelength.")],
     ),
-    plugin(
+    own_plugin(
         "sellmeier",
         "n² = 1 + Σ bᵢλ²/(λ² − cᵢ), λ in µm.",
         &[
