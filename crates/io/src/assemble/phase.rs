@@ -5,6 +5,7 @@ use super::suspension;
 use super::texture::texture;
 use crate::query::{Input, Query, unknown_plugin};
 use crate::scene::{ObjectDescription, PluginKind};
+use crate::schema;
 use std::sync::Arc;
 use transport::Spectrum;
 use transport::phase::{Phase, PhaseError};
@@ -14,17 +15,18 @@ use transport::volume::VolumeTexture;
 pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Phase {
     let mut query = Query::new(object, context.diagnostics);
     let phase = match object.plugin.as_str() {
-        "isotropic" => Ok(Phase::isotropic()),
         "hg" => return henyey_greenstein(object, context),
-        "vmf" => Phase::von_mises_fisher(query.float("kappa")),
-        "rayleigh" => Ok(Phase::rayleigh()),
         "tabphase" => tabulated(&mut query),
         "mie" => return suspension::mie(object, context),
         "blendphase" => return blend(object, context),
         "mixturephase" => return mixture(object, context),
         _ => {
-            unknown_plugin(object, context.diagnostics);
-            return Phase::isotropic();
+            let row = schema::find(PluginKind::Phase, &object.plugin);
+            let Some(constructor) = row.and_then(|row| row.phase) else {
+                unknown_plugin(object, context.diagnostics);
+                return Phase::isotropic();
+            };
+            constructor(&mut |name| query.float(name))
         }
     };
     query.finish(&[]);

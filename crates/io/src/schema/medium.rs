@@ -3,8 +3,9 @@
 use super::parameter::{boolean, float, list, spectrum, vector, word};
 use super::row::{many, one, own_plugin, plugin, role};
 use super::{Parameter, Plugin, Slot, substance};
-use crate::scene::PluginKind::{Phase, Volume};
+use crate::scene::PluginKind::{self, Volume};
 use crate::tissue;
+use transport::phase::Phase;
 
 const INDEX: &[Parameter] = &[float("ior", "index")
     .as_index()
@@ -79,7 +80,10 @@ const CHILDREN: &[Slot] = &[
         "velocity",
         "The velocity where it varies: a grid of three channels.",
     ),
-    one(Phase, "The phase function; isotropic without any."),
+    one(
+        PluginKind::Phase,
+        "The phase function; isotropic without any.",
+    ),
 ];
 
 pub(super) const PLUGINS: &[Plugin] = &[
@@ -99,7 +103,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
 ];
 
 pub(super) const PHASES: &[Plugin] = &[
-    plugin("isotropic", "The same in all directions.", &[], &[]),
+    plugin("isotropic", "The same in all directions.", &[], &[]).phase(|_| Ok(Phase::isotropic())),
     plugin(
         "hg",
         "Henyey–Greenstein.",
@@ -111,13 +115,15 @@ pub(super) const PHASES: &[Plugin] = &[
         "von Mises–Fisher.",
         &[&[float("kappa", "concentration").at_least(0.0).required()]],
         &[],
-    ),
+    )
+    .phase(|number| Phase::von_mises_fisher(number("kappa"))),
     plugin(
         "rayleigh",
         "Particles much smaller than the wavelength.",
         &[],
         &[],
-    ),
+    )
+    .phase(|_| Ok(Phase::rayleigh())),
     own_plugin(
         "mie",
         "Spheres of any size, by their index and that around them.",
@@ -151,7 +157,7 @@ pub(super) const PHASES: &[Plugin] = &[
         "A mixture of two phase functions.",
         &[&[float("weight", "of the second").within(0.0, 1.0).required()]],
         &[
-            many(Phase, "The two."),
+            many(PluginKind::Phase, "The two."),
             role(Volume, "weight", "A weight that varies in space."),
         ],
     ),
@@ -159,7 +165,7 @@ pub(super) const PHASES: &[Plugin] = &[
         "mixturephase",
         "A mixture of any number of phase functions.",
         &[&[list("weights", "their shares, ≥ 0").required()]],
-        &[many(Phase, "As many as there are shares.")],
+        &[many(PluginKind::Phase, "As many as there are shares.")],
     ),
     plugin(
         "tabphase",

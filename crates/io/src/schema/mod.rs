@@ -25,6 +25,7 @@ pub use json::json_schema;
 pub use parameter::{Default, NumberRange, Parameter, Type};
 
 pub(crate) use metals::METALS;
+pub(crate) use row::PhaseConstructor;
 
 use crate::scene::PluginKind;
 use row::{many, plugin};
@@ -42,6 +43,8 @@ pub struct Plugin {
     others: Option<&'static Parameter>,
     /// True if Mitsuba 3 has the plugin.
     in_mitsuba: bool,
+    /// Constructor of a phase function, if its numbers determine it.
+    pub(crate) phase: Option<PhaseConstructor>,
 }
 
 /// A place for children of one kind.

@@ -2,6 +2,10 @@
 
 use super::{Parameter, Plugin, Slot};
 use crate::scene::PluginKind;
+use transport::phase::{Phase, PhaseError};
+
+/// Constructor of a phase function, given the values of its parameters by name.
+pub(crate) type PhaseConstructor = fn(&mut dyn FnMut(&str) -> f64) -> Result<Phase, PhaseError>;
 
 /// Makes a plugin that Mitsuba has. Its parameters come in groups, which plugins may share.
 pub(super) const fn plugin(
@@ -17,6 +21,7 @@ pub(super) const fn plugin(
         children,
         others: None,
         in_mitsuba: true,
+        phase: None,
     }
 }
 
@@ -34,6 +39,14 @@ pub(super) const fn own_plugin(
 }
 
 impl Plugin {
+    /// Returns the plugin with a constructor.
+    pub(super) const fn phase(self, constructor: PhaseConstructor) -> Self {
+        Plugin {
+            phase: Some(constructor),
+            ..self
+        }
+    }
+
     /// Returns the plugin, which then also accepts parameters of any other name, described by
     /// `others`.
     pub(super) const fn with_others(self, others: &'static Parameter) -> Self {
