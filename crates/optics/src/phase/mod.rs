@@ -230,23 +230,15 @@ impl Phase {
             Phase::Mie(p) => p.mueller(cos),
             Phase::Blend(p) => p.mueller(x, cos),
             Phase::ByLabel(p) => p.at(x).mueller(x, cos),
-            Phase::Isotropic(_)
-            | Phase::HenyeyGreenstein(_)
-            | Phase::HenyeyGreensteinGrid(_)
-            | Phase::VonMisesFisher(_)
-            | Phase::Tabulated(_) => PlaneMueller::DEPOLARIZER,
+            _ => PlaneMueller::DEPOLARIZER,
         }
     }
 
     /// True if all scattered light counts as unpolarised.
     pub fn depolarizes(&self) -> bool {
-        matches!(
+        !matches!(
             self,
-            Phase::Isotropic(_)
-                | Phase::HenyeyGreenstein(_)
-                | Phase::HenyeyGreensteinGrid(_)
-                | Phase::VonMisesFisher(_)
-                | Phase::Tabulated(_)
+            Phase::Rayleigh(_) | Phase::Mie(_) | Phase::Blend(_) | Phase::ByLabel(_)
         )
     }
 
@@ -260,14 +252,9 @@ impl Phase {
     /// True if the phase function is uniform in space.
     pub fn is_uniform(&self) -> bool {
         match self {
-            Phase::Isotropic(_)
-            | Phase::HenyeyGreenstein(_)
-            | Phase::VonMisesFisher(_)
-            | Phase::Rayleigh(_)
-            | Phase::Tabulated(_)
-            | Phase::Mie(_) => true,
             Phase::HenyeyGreensteinGrid(_) | Phase::ByLabel(_) => false,
             Phase::Blend(p) => p.is_uniform(),
+            _ => true,
         }
     }
 
