@@ -1,12 +1,12 @@
 //! Flat charts of the parts of a shape, on which integrals over the area are exact.
 
-use super::{Shape, Site, Uv, cube};
+use super::{Shape, Site, Uv, cube, each};
 use glam::{DAffine2, DMat2, DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Area per unit area of a chart, as a function of the chart coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum AreaDensity {
+pub(super) enum AreaDensity {
     /// Constant.
     Even,
     /// Proportional to the first coordinate, a distance from a centre.
@@ -58,22 +58,10 @@ impl Shape {
     /// Returns a chart of part `primitive`. Returns `None` where the density of the area has no
     /// simple form: on ellipsoids, elliptic cylinders and faces of voxels.
     pub(crate) fn chart(&self, primitive: u32) -> Option<Chart> {
-        let is_curved = match self {
-            Shape::Sphere(_) => true,
-            Shape::Cylinder(_) => primitive == 0,
-            _ => false,
-        };
-        if is_curved && !self.is_even() {
-            return None;
-        }
-        let density = match self {
-            Shape::Rectangle(_) | Shape::Cube(_) | Shape::Mesh(_) => AreaDensity::Even,
-            Shape::Disk(_) => AreaDensity::Radial,
-            Shape::Sphere(_) => AreaDensity::Polar,
-            Shape::Cylinder(_) if primitive == 0 => AreaDensity::Even,
-            Shape::Cylinder(_) => AreaDensity::Radial,
+        let density = each!(self, s => s.area_density(primitive)?, {
+            Shape::Mesh(_) => AreaDensity::Even,
             Shape::VoxelFaces(_) => return None,
-        };
+        });
         let mut chart = Chart {
             domain: Domain::Square,
             density,

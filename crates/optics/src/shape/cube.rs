@@ -4,7 +4,7 @@ use super::curve::Curve;
 use super::line::Line;
 use super::placement::Placement;
 use super::planar::Flat;
-use super::{AreaSample, Hit, Meeting, ShapeError, Uv};
+use super::{AreaDensity, AreaSample, Hit, Meeting, ShapeError, Tessellation, Uv};
 use eikonal::Aabb;
 use eikonal::ray::Arc;
 use glam::{DAffine3, DMat2, DVec2, DVec3};
@@ -124,6 +124,37 @@ impl Cube {
         let before: f64 = areas[..i].iter().sum();
         [(before + a * areas[i]) / self.area(), b]
     }
+
+    pub(super) fn area_density(&self, _primitive: u32) -> Option<AreaDensity> {
+        Some(AreaDensity::Even)
+    }
+
+    /// Returns the derivatives of the local position on a face with respect to [`texture_uv`],
+    /// whose own derivatives are integers.
+    pub(super) fn local_tangents(&self, _local: DVec3, primitive: u32) -> [DVec3; 2] {
+        let at = |q| DVec2::from(texture_uv(primitive, q));
+        let jacobian = DMat2::from_cols(
+            at([1.0, 0.0]) - at([0.0, 0.0]),
+            at([0.0, 1.0]) - at([0.0, 0.0]),
+        );
+        let inverse = jacobian.inverse();
+        let [a, b] = others(primitive as usize / 2).map(|k| DVec3::AXES[k] * 2.0);
+        [inverse.x_axis, inverse.y_axis].map(|q| a * q.x + b * q.y)
+    }
+
+    pub(super) fn moved_along_normals(&self, distance: f64) -> Result<Self, ShapeError> {
+        Cube::new(self.placement.grown(distance, DVec3::ZERO))
+    }
+
+    pub(super) fn tessellate(&self, all: &mut Tessellation) {
+        for (axis, side) in (0..3).flat_map(|axis| [(axis, -1.0), (axis, 1.0)]) {
+            all.add_square(|[u, v]| {
+                let mut x = [side; 3];
+                (x[(axis + 1) % 3], x[(axis + 2) % 3]) = (u, v);
+                DVec3::from_array(x)
+            });
+        }
+    }
 }
 
 fn face(i: usize) -> Flat {
@@ -159,17 +190,4 @@ pub(super) fn texture_uv(face: u32, [a, b]: [f64; 2]) -> [f64; 2] {
         5 => [b, a],
         _ => [a, b],
     }
-}
-
-/// Returns the derivatives of the local position on a face with respect to [`texture_uv`], whose
-/// own derivatives are integers.
-pub(super) fn tangents(face: u32) -> [DVec3; 2] {
-    let at = |q| DVec2::from(texture_uv(face, q));
-    let jacobian = DMat2::from_cols(
-        at([1.0, 0.0]) - at([0.0, 0.0]),
-        at([0.0, 1.0]) - at([0.0, 0.0]),
-    );
-    let inverse = jacobian.inverse();
-    let [a, b] = others(face as usize / 2).map(|k| DVec3::AXES[k] * 2.0);
-    [inverse.x_axis, inverse.y_axis].map(|q| a * q.x + b * q.y)
 }

@@ -4,7 +4,10 @@ use super::curve::{Curve, Surface, Track};
 use super::line::Line;
 use super::placement::Placement;
 use super::planar::Flat;
-use super::{AreaSample, Hit, Meeting, ShapeError, Uv, circle, disk, turn};
+use super::{
+    AreaDensity, AreaSample, Hit, Meeting, ShapeError, Tessellation, Uv, circle, disk,
+    polar_tangents, turn,
+};
 use eikonal::Aabb;
 use eikonal::ray::Arc;
 use glam::{DAffine3, DMat3, DVec3};
@@ -229,6 +232,34 @@ impl Cylinder {
         let [u, turn] = disk::inverse(local);
         let before = self.side_area + f64::from(primitive - 1) * self.cap_area();
         [(before + u * self.cap_area()) / self.area(), turn]
+    }
+
+    pub(super) fn area_density(&self, primitive: u32) -> Option<AreaDensity> {
+        match primitive {
+            0 => self.is_even().then_some(AreaDensity::Even),
+            _ => Some(AreaDensity::Radial),
+        }
+    }
+
+    pub(super) fn local_tangents(&self, local: DVec3, primitive: u32) -> [DVec3; 2] {
+        let [outward, around] = polar_tangents(local);
+        match primitive {
+            0 => [around, DVec3::Z],
+            _ => [outward, around],
+        }
+    }
+
+    pub(super) fn moved_along_normals(&self, distance: f64) -> Result<Self, ShapeError> {
+        let map = self.placement.grown(distance, DVec3::new(0.0, 0.0, 0.5));
+        Cylinder::new(map, self.capped)
+    }
+
+    pub(super) fn tessellate(&self, all: &mut Tessellation) {
+        all.add_turned(1, |j| [1.0, j as f64]);
+        if self.capped {
+            all.add_disk(0.0);
+            all.add_disk(1.0);
+        }
     }
 
     /// True if area grows uniformly around the side, as on a circular cylinder.

@@ -4,7 +4,9 @@ use super::curve::{Curve, Track};
 use super::line::Line;
 use super::placement::Placement;
 use super::planar::Flat;
-use super::{AreaSample, Hit, Meeting, ShapeError, Uv, circle};
+use super::{
+    AreaDensity, AreaSample, Hit, Meeting, ShapeError, Tessellation, Uv, circle, polar_tangents,
+};
 use eikonal::Aabb;
 use eikonal::ray::Arc;
 use glam::{DAffine3, DVec3};
@@ -63,8 +65,24 @@ impl Disk {
         FACE.sample(&self.placement, local, Uv::Disk(local), self.area().recip())
     }
 
-    pub(super) fn inverse_area(&self, position: DVec3) -> [f64; 2] {
+    pub(super) fn inverse_area(&self, position: DVec3, _primitive: u32) -> [f64; 2] {
         inverse(self.placement.local(position))
+    }
+
+    pub(super) fn area_density(&self, _primitive: u32) -> Option<AreaDensity> {
+        Some(AreaDensity::Radial)
+    }
+
+    pub(super) fn local_tangents(&self, local: DVec3, _primitive: u32) -> [DVec3; 2] {
+        polar_tangents(local)
+    }
+
+    pub(super) fn moved_along_normals(&self, distance: f64) -> Result<Self, ShapeError> {
+        Disk::new(self.placement.shifted(distance))
+    }
+
+    pub(super) fn tessellate(&self, all: &mut Tessellation) {
+        all.add_disk(0.0);
     }
 }
 

@@ -29,6 +29,7 @@ mod voxel_faces;
 
 pub use accel::Accel;
 pub use accel::Except;
+use chart::AreaDensity;
 pub(crate) use chart::Chart;
 pub use cube::Cube;
 pub use cylinder::Cylinder;
@@ -46,6 +47,7 @@ pub use voxel_faces::VoxelFaces;
 use eikonal::Aabb;
 use eikonal::ray::Arc;
 use glam::{DMat3, DVec3};
+use std::f64::consts::TAU;
 
 /// Intersection of an arc with a shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -122,36 +124,35 @@ pub enum Shape {
     VoxelFaces(std::sync::Arc<VoxelFaces>),
 }
 
-/// Evaluates an expression on whichever shape this is.
+/// Evaluates an expression on whichever shape this is. Meshes and faces of voxels may have arms of
+/// their own.
 macro_rules! each {
     ($self:expr, $s:ident => $e:expr) => {
+        each!($self, $s => $e, { Shape::Mesh($s) => $e, Shape::VoxelFaces($s) => $e })
+    };
+    ($self:expr, $s:ident => $e:expr, { $($arms:tt)* }) => {
         match $self {
             Shape::Sphere($s) => $e,
             Shape::Cube($s) => $e,
             Shape::Rectangle($s) => $e,
             Shape::Disk($s) => $e,
             Shape::Cylinder($s) => $e,
-            Shape::Mesh($s) => $e,
-            Shape::VoxelFaces($s) => $e,
+            $($arms)*
         }
     };
 }
+use each;
 
 impl Shape {
     /// Returns the shape with its normals reversed if `flip` is set, and not reversed otherwise.
     pub fn with_flipped_normals(mut self, flip: bool) -> Self {
-        match &mut self {
-            Shape::Sphere(s) => s.set_flipped(flip),
-            Shape::Cube(s) => s.set_flipped(flip),
-            Shape::Rectangle(s) => s.set_flipped(flip),
-            Shape::Disk(s) => s.set_flipped(flip),
-            Shape::Cylinder(s) => s.set_flipped(flip),
+        each!(&mut self, s => s.set_flipped(flip), {
             // Keep a shared mesh shared if its normals need no change.
             Shape::Mesh(s) if s.is_flipped() == flip => {}
             Shape::Mesh(s) => std::sync::Arc::make_mut(s).set_flipped(flip),
             Shape::VoxelFaces(s) if s.is_flipped() == flip => {}
             Shape::VoxelFaces(s) => std::sync::Arc::make_mut(s).set_flipped(flip),
-        }
+        });
         self
     }
 
@@ -275,16 +276,12 @@ impl Shape {
     /// True if two shapes have equal parameters. Meshes and faces of voxels are equal only if they
     /// share memory.
     pub fn is_same(&self, other: &Shape) -> bool {
-        match (self, other) {
-            (Shape::Sphere(a), Shape::Sphere(b)) => a == b,
-            (Shape::Cube(a), Shape::Cube(b)) => a == b,
-            (Shape::Rectangle(a), Shape::Rectangle(b)) => a == b,
-            (Shape::Disk(a), Shape::Disk(b)) => a == b,
-            (Shape::Cylinder(a), Shape::Cylinder(b)) => a == b,
-            (Shape::Mesh(a), Shape::Mesh(b)) => std::sync::Arc::ptr_eq(a, b),
-            (Shape::VoxelFaces(a), Shape::VoxelFaces(b)) => std::sync::Arc::ptr_eq(a, b),
-            _ => false,
-        }
+        each!(self, s => s.is_same(other), {
+            Shape::Mesh(a) => matches!(other, Shape::Mesh(b) if std::sync::Arc::ptr_eq(a, b)),
+            Shape::VoxelFaces(a) => {
+                matches!(other, Shape::VoxelFaces(b) if std::sync::Arc::ptr_eq(a, b))
+            }
+        })
     }
 
     /// True if the shape lies in one plane.
@@ -361,15 +358,7 @@ impl Shape {
     /// Returns the two numbers for which [`Shape::sample_area`] gives a point of part `primitive`
     /// of the surface.
     pub fn inverse_area(&self, position: DVec3, primitive: u32) -> [f64; 2] {
-        match self {
-            Shape::Sphere(s) => s.inverse_area(position),
-            Shape::Cube(s) => s.inverse_area(position, primitive),
-            Shape::Rectangle(s) => s.inverse_area(position),
-            Shape::Disk(s) => s.inverse_area(position),
-            Shape::Cylinder(s) => s.inverse_area(position, primitive),
-            Shape::Mesh(s) => s.inverse_area(position, primitive),
-            Shape::VoxelFaces(s) => s.inverse_area(position, primitive),
-        }
+        each!(self, s => s.inverse_area(position, primitive))
     }
 
     /// Returns the shape operator S at a point of part `primitive` of the surface
@@ -401,6 +390,10 @@ macro_rules! placed {
             fn is_flipped(&self) -> bool {
                 self.placement.is_flipped()
             }
+
+            fn is_same(&self, other: &Shape) -> bool {
+                matches!(other, Shape::$shape(other) if self == other)
+            }
         }
     )*};
 }
@@ -428,7 +421,7 @@ impl From<VoxelFaces> for Shape {
 
 /// Returns the angle of (x, y) as a fraction of a turn, in [0, 1).
 fn turn(x: f64, y: f64) -> f64 {
-    let t = libm::atan2(y, x) / std::f64::consts::TAU;
+    let t = libm::atan2(y, x) / TAU;
     if t < 0.0 {
         (t + 1.0).min(1.0f64.next_down())
     } else {
@@ -438,6 +431,13 @@ fn turn(x: f64, y: f64) -> f64 {
 
 /// Returns the point of the unit circle at a fraction of a turn.
 fn circle(turn: f64) -> [f64; 2] {
-    let (sin, cos) = libm::sincos(turn * std::f64::consts::TAU);
+    let (sin, cos) = libm::sincos(turn * TAU);
     [cos, sin]
+}
+
+/// Returns the derivatives of a local point with respect to its distance from the z axis and its
+/// angle around the axis, as a fraction of a turn.
+fn polar_tangents(local: DVec3) -> [DVec3; 2] {
+    let around = DVec3::new(-local.y, local.x, 0.0) * TAU;
+    [local.with_z(0.0).normalize_or_zero(), around]
 }

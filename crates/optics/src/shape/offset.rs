@@ -1,6 +1,6 @@
 //! Surfaces displaced along their normals by a distance small compared with their size.
 
-use super::{Cube, Cylinder, Disk, Rectangle, Shape, Sphere};
+use super::{Shape, each};
 use glam::{DAffine3, DVec3};
 
 impl Shape {
@@ -10,28 +10,18 @@ impl Shape {
     pub fn moved_along_normals(&self, distance: f64) -> Shape {
         let flipped = self.has_flipped_normals();
         let outward = if flipped { -distance } else { distance };
-        let moved = match self {
-            Shape::Rectangle(s) => Rectangle::new(s.placement.shifted(outward)).map(Shape::from),
-            Shape::Disk(s) => Disk::new(s.placement.shifted(outward)).map(Shape::from),
-            Shape::Sphere(s) => {
-                Sphere::new(s.placement.grown(outward, DVec3::ZERO)).map(Shape::from)
-            }
-            Shape::Cube(s) => Cube::new(s.placement.grown(outward, DVec3::ZERO)).map(Shape::from),
-            Shape::Cylinder(s) => {
-                let map = s.placement.grown(outward, DVec3::new(0.0, 0.0, 0.5));
-                Cylinder::new(map, s.is_capped()).map(Shape::from)
-            }
+        let moved = each!(self, s => s.moved_along_normals(outward).map(Shape::from), {
             Shape::Mesh(mesh) => mesh.moved_along_normals(outward).map(Shape::from),
             // Faces of voxels separate media, so they stay in place.
             Shape::VoxelFaces(_) => return self.clone(),
-        };
+        });
         moved.map_or_else(|_| self.clone(), |s| s.with_flipped_normals(flipped))
     }
 }
 
 impl super::placement::Placement {
     /// Returns the map with the plane z = 0 shifted by `distance` along its normal.
-    fn shifted(&self, distance: f64) -> DAffine3 {
+    pub(super) fn shifted(&self, distance: f64) -> DAffine3 {
         let mut map = *self.map();
         map.translation += self.upright_normal() * distance;
         map
@@ -39,7 +29,7 @@ impl super::placement::Placement {
 
     /// Returns the map with the shape scaled about a local `center`, so that its ends along the
     /// local axes move outwards by about `distance`.
-    fn grown(&self, distance: f64, center: DVec3) -> DAffine3 {
+    pub(super) fn grown(&self, distance: f64, center: DVec3) -> DAffine3 {
         let m = self.map().matrix3;
         let half = DVec3::ONE - center;
         let lengths = DVec3::new(m.x_axis.length(), m.y_axis.length(), m.z_axis.length());

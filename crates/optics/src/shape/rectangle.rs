@@ -4,7 +4,7 @@ use super::curve::{Curve, Track};
 use super::line::Line;
 use super::placement::Placement;
 use super::planar::Flat;
-use super::{AreaSample, Hit, Meeting, ShapeError, Uv};
+use super::{AreaDensity, AreaSample, Hit, Meeting, ShapeError, Tessellation, Uv};
 use eikonal::Aabb;
 use eikonal::ray::Arc;
 use glam::{DAffine3, DVec3};
@@ -67,8 +67,24 @@ impl Rectangle {
         )
     }
 
-    pub(super) fn inverse_area(&self, position: DVec3) -> [f64; 2] {
+    pub(super) fn inverse_area(&self, position: DVec3, _primitive: u32) -> [f64; 2] {
         uv(self.placement.local(position))
+    }
+
+    pub(super) fn area_density(&self, _primitive: u32) -> Option<AreaDensity> {
+        Some(AreaDensity::Even)
+    }
+
+    pub(super) fn local_tangents(&self, _local: DVec3, _primitive: u32) -> [DVec3; 2] {
+        [DVec3::X * 2.0, DVec3::Y * 2.0]
+    }
+
+    pub(super) fn moved_along_normals(&self, distance: f64) -> Result<Self, ShapeError> {
+        Rectangle::new(self.placement.shifted(distance))
+    }
+
+    pub(super) fn tessellate(&self, all: &mut Tessellation) {
+        all.add_square(|[x, y]| DVec3::new(x, y, 0.0));
     }
 }
 

@@ -3,7 +3,10 @@
 use super::curve::{Curve, Surface, Track};
 use super::line::Line;
 use super::placement::Placement;
-use super::{AreaSample, Hit, Meeting, ShapeError, Uv, circle, turn};
+use super::{
+    AreaDensity, AreaSample, Hit, Meeting, ShapeError, Tessellation, Uv, circle, polar_tangents,
+    turn,
+};
 use eikonal::Aabb;
 use eikonal::bounds::symmetric_eigenvalues;
 use eikonal::ray::Arc;
@@ -21,6 +24,9 @@ pub struct Sphere {
     pub(super) placement: Placement,
     area: f64,
 }
+
+/// Number of rows of triangles from pole to pole.
+const ROWS: usize = 32;
 
 /// Squared distance from the centre below which a local point is certainly not on the surface,
 /// whatever the rounding.
@@ -141,9 +147,32 @@ impl Sphere {
         self.pdf(self.placement.local(position).normalize())
     }
 
-    pub(super) fn inverse_area(&self, position: DVec3) -> [f64; 2] {
+    pub(super) fn inverse_area(&self, position: DVec3, _primitive: u32) -> [f64; 2] {
         let [x, y, z] = self.placement.local(position).normalize().to_array();
         [0.5 * (1.0 - z), turn(x, y)]
+    }
+
+    pub(super) fn area_density(&self, _primitive: u32) -> Option<AreaDensity> {
+        self.is_even().then_some(AreaDensity::Polar)
+    }
+
+    pub(super) fn local_tangents(&self, local: DVec3, _primitive: u32) -> [DVec3; 2] {
+        let [outward, around] = polar_tangents(local);
+        let meridian = (outward * local.z).with_z(-local.truncate().length());
+        [around, meridian * PI]
+    }
+
+    pub(super) fn moved_along_normals(&self, distance: f64) -> Result<Self, ShapeError> {
+        Sphere::new(self.placement.grown(distance, DVec3::ZERO))
+    }
+
+    pub(super) fn tessellate(&self, all: &mut Tessellation) {
+        all.add_turned(ROWS, |j| {
+            let (sin, cos) = (PI * j as f64 / ROWS as f64).sin_cos();
+            // Planted error "poles of spheres as wide as their equators", found by morgana-transport/transport::shape::tessellation::corners_lie_on_the_surface:
+            // [1.0, cos]
+            [sin, cos]
+        });
     }
 
     /// True if area grows uniformly, as under a similarity. The growth factor is proportional to

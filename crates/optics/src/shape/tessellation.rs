@@ -1,14 +1,11 @@
 //! Triangulated approximations of shapes for programs that draw them. Light meets the exact shapes.
 
-use super::Shape;
-use super::placement::Placement;
+use super::{Shape, each};
 use glam::DVec3;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 /// Number of segments of a circle.
 const AROUND: usize = 64;
-/// Number of segments from pole to pole.
-const DOWN: usize = 32;
 
 /// Triangles that approximate a shape. Their corners lie on the shape to round-off.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -20,14 +17,9 @@ pub struct Tessellation {
 }
 
 impl Tessellation {
-    /// Adds the rectangle between four corners in order.
-    fn add_rectangle(&mut self, corners: [DVec3; 4]) {
-        self.add_grid([1, 1], |[u, v]| {
-            let (u, v) = (u as f64, v as f64);
-            corners[0]
-                .lerp(corners[1], u)
-                .lerp(corners[3].lerp(corners[2], u), v)
-        });
+    /// Adds the image of the square \[−1, 1\]² under `place`.
+    pub(super) fn add_square(&mut self, place: impl Fn([f64; 2]) -> DVec3) {
+        self.add_grid([1, 1], |ij| place(ij.map(|k| 2.0 * k as f64 - 1.0)));
     }
 
     /// Adds a grid of `columns` × `rows` cells, whose corners `place` returns.
@@ -46,9 +38,18 @@ impl Tessellation {
         }
     }
 
+    /// Adds a surface of revolution about the z axis, in `rows` rows. `profile` returns the radius
+    /// and the height at each end of a row.
+    pub(super) fn add_turned(&mut self, rows: usize, profile: impl Fn(usize) -> [f64; 2]) {
+        self.add_grid([AROUND, rows], |[i, j]| {
+            let [radius, z] = profile(j);
+            (radius * circle(i)).with_z(z)
+        });
+    }
+
     /// Adds the unit disk at height `z`.
-    fn add_disk(&mut self, z: f64) {
-        self.add_grid([AROUND, 1], |[i, j]| (j as f64 * circle(i)).with_z(z));
+    pub(super) fn add_disk(&mut self, z: f64) {
+        self.add_turned(1, |j| [j as f64, z]);
     }
 }
 
@@ -64,54 +65,10 @@ impl Shape {
     /// unchanged, two for each face of voxels.
     pub fn tessellation(&self) -> Tessellation {
         let mut all = Tessellation::default();
-        let placement: &Placement = match self {
-            Shape::Sphere(s) => {
-                all.add_grid([AROUND, DOWN], |[i, j]| {
-                    let (sin, cos) = (PI * j as f64 / DOWN as f64).sin_cos();
-                    // Planted error "poles of spheres as wide as their equators", found by morgana-transport/transport::shape::tessellation::corners_lie_on_the_surface:
-                    // circle(i).with_z(cos)
-                    (sin * circle(i)).with_z(cos)
-                });
-                &s.placement
-            }
-            Shape::Cube(s) => {
-                for (axis, side) in (0..3).flat_map(|axis| [(axis, -1.0), (axis, 1.0)]) {
-                    let corner = |u: f64, v: f64| {
-                        let mut x = [side; 3];
-                        (x[(axis + 1) % 3], x[(axis + 2) % 3]) = (u, v);
-                        DVec3::from_array(x)
-                    };
-                    all.add_rectangle([
-                        corner(-1.0, -1.0),
-                        corner(1.0, -1.0),
-                        corner(1.0, 1.0),
-                        corner(-1.0, 1.0),
-                    ]);
-                }
-                &s.placement
-            }
-            Shape::Rectangle(s) => {
-                let corner = |x: f64, y: f64| DVec3::new(x, y, 0.0);
-                all.add_rectangle([
-                    corner(-1.0, -1.0),
-                    corner(1.0, -1.0),
-                    corner(1.0, 1.0),
-                    corner(-1.0, 1.0),
-                ]);
-                &s.placement
-            }
-            Shape::Disk(s) => {
-                all.add_disk(0.0);
-                &s.placement
-            }
-            Shape::Cylinder(s) => {
-                all.add_grid([AROUND, 1], |[i, j]| circle(i).with_z(j as f64));
-                if s.is_capped() {
-                    all.add_disk(0.0);
-                    all.add_disk(1.0);
-                }
-                &s.placement
-            }
+        let placement = each!(self, s => {
+            s.tessellate(&mut all);
+            &s.placement
+        }, {
             Shape::VoxelFaces(faces) => return faces.tessellation(),
             Shape::Mesh(mesh) => {
                 return Tessellation {
@@ -119,7 +76,7 @@ impl Shape {
                     triangles: mesh.triangles().to_vec(),
                 };
             }
-        };
+        });
         all.positions
             .iter_mut()
             .for_each(|x| *x = placement.point(*x));

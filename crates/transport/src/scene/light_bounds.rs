@@ -200,11 +200,10 @@ fn surface(
     bounds: impl FnOnce(DVec3, f64, f64, Facing) -> LightBounds,
 ) -> LightBounds {
     let (center, radius) = (shape.aabb().center(), 0.5 * shape.diameter());
-    match shape {
-        Shape::Rectangle(_) | Shape::Disk(_) => {
-            let normal = shape.sample_area([0.5; 2]).normal;
-            bounds(center, radius, power / PI, Facing::Side(normal))
-        }
-        _ => bounds(center, radius, power / (4.0 * PI), Facing::Everywhere),
+    if shape.is_flat() {
+        let normal = shape.sample_area([0.5; 2]).normal;
+        bounds(center, radius, power / PI, Facing::Side(normal))
+    } else {
+        bounds(center, radius, power / (4.0 * PI), Facing::Everywhere)
     }
 }
