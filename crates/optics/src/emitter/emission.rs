@@ -1,6 +1,6 @@
 //! Rays that start at an emitter (docs/theory.md#subpaths-from-either-end).
 
-use super::{Emitter, Surroundings};
+use super::{Emitter, Surroundings, each_spot};
 use crate::Spectrum;
 use crate::connection_end::{ConnectionEnd, OnSurface};
 use crate::sampling::Frame;
@@ -75,41 +75,34 @@ impl Emitter {
         x: DVec3,
         direction: DVec3,
     ) -> f64 {
-        match (self, end) {
-            (Emitter::Point { .. } | Emitter::Volume(_), _) => uniform_sphere_pdf(),
-            (Emitter::PointOnFace(point), _) => point.pdf(end.position().unwrap_or(x), direction),
-            (Emitter::Spot(spot), _) => spot.pdf(direction),
-            (Emitter::Projector(projector), _) => projector.pdf(direction),
-            (Emitter::Luminaire(luminaire), _) => luminaire.pdf(direction),
-            (
-                Emitter::Area { .. } | Emitter::Textured(_),
+        each_spot!(self, e => e.pdf(direction), {
+            Emitter::Point { .. } | Emitter::Volume(_) => uniform_sphere_pdf(),
+            Emitter::PointOnFace(point) => point.pdf(end.position().unwrap_or(x), direction),
+            Emitter::Area { .. } | Emitter::Textured(_) => match end {
                 ConnectionEnd::Point {
                     surface: Some(on), ..
-                },
-            ) => cosine_hemisphere_pdf(DVec3::Z * on.normal.dot(direction)),
-            (Emitter::Area { .. } | Emitter::Textured(_), _) => 0.0,
-            (Emitter::Collimated(beam), _) => beam.aperture().pdf(x),
-            (Emitter::Fiber(fiber), _) => fiber.pdf(x, direction),
-            (Emitter::Directional { .. } | Emitter::Environment(_), _) => {
-                around.disc_pdf(direction, x)
-            }
-        }
+                } => cosine_hemisphere_pdf(DVec3::Z * on.normal.dot(direction)),
+                _ => 0.0,
+            },
+            Emitter::Collimated(beam) => beam.aperture().pdf(x),
+            Emitter::Fiber(fiber) => fiber.pdf(x, direction),
+            Emitter::Directional { .. } | Emitter::Environment(_) => around.disc_pdf(direction, x),
+        })
     }
 
     /// Samples the direction in which light leaves a point, which may lie on an object with a
     /// normal.
     fn direction_from(&self, position: DVec3, surface: Option<OnSurface>, u: [f64; 2]) -> DVec3 {
-        match (self, surface) {
-            (Emitter::Fiber(fiber), _) => fiber.sample(position, u),
-            (Emitter::PointOnFace(point), _) => point.sample(position, u),
-            (Emitter::Spot(spot), _) => spot.sample(u),
-            (Emitter::Projector(projector), _) => projector.sample(u),
-            (Emitter::Luminaire(luminaire), _) => luminaire.sample(u),
-            (_, Some(on)) => Frame::from_normal(on.normal)
-                .to_world(cosine_hemisphere_sample(u))
-                .normalize(),
-            (_, None) => uniform_sphere_sample(u),
-        }
+        each_spot!(self, e => e.sample(u), {
+            Emitter::Fiber(fiber) => fiber.sample(position, u),
+            Emitter::PointOnFace(point) => point.sample(position, u),
+            _ => match surface {
+                Some(on) => Frame::from_normal(on.normal)
+                    .to_world(cosine_hemisphere_sample(u))
+                    .normalize(),
+                None => uniform_sphere_sample(u),
+            },
+        })
     }
 
     /// Samples the start of a ray of light parallel to `direction`.

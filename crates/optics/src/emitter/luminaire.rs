@@ -1,5 +1,6 @@
 //! Point with the measured intensities of a luminaire.
 
+use super::EmitterValues;
 use crate::sampling::Discrete;
 use crate::{Orientation, Spectrum};
 use glam::DVec3;
@@ -95,14 +96,16 @@ impl Luminaire {
     }
 
     /// Returns the unit of the table.
-    pub(super) fn scale(&self) -> Spectrum {
-        self.scale
+    pub(super) fn values(&self) -> EmitterValues<'_> {
+        EmitterValues::One(self.scale)
     }
 
     /// Returns the luminaire displaced by `shift`.
-    pub fn moved(mut self, shift: DVec3) -> Self {
-        self.position += shift;
-        self
+    pub fn moved(&self, shift: DVec3) -> Self {
+        Luminaire {
+            position: self.position + shift,
+            ..self.clone()
+        }
     }
 
     /// Returns the unit vector along local +z.

@@ -114,6 +114,20 @@ pub enum Emitter {
     Volume(Arc<VolumeLight>),
 }
 
+/// Evaluates an expression on whichever point this is whose intensity varies around an axis. Other
+/// emitters have arms of their own.
+macro_rules! each_spot {
+    ($self:expr, $e:ident => $of_spot:expr, { $($arms:tt)* }) => {
+        match $self {
+            Emitter::Spot($e) => $of_spot,
+            Emitter::Projector($e) => $of_spot,
+            Emitter::Luminaire($e) => $of_spot,
+            $($arms)*
+        }
+    };
+}
+use each_spot;
+
 impl From<Collimated> for Emitter {
     fn from(beam: Collimated) -> Self {
         Emitter::Collimated(beam)
@@ -129,6 +143,18 @@ impl From<Fiber> for Emitter {
 impl From<Spot> for Emitter {
     fn from(spot: Spot) -> Self {
         Emitter::Spot(spot)
+    }
+}
+
+impl From<Projector> for Emitter {
+    fn from(projector: Projector) -> Self {
+        Emitter::Projector(Arc::new(projector))
+    }
+}
+
+impl From<Luminaire> for Emitter {
+    fn from(luminaire: Luminaire) -> Self {
+        Emitter::Luminaire(Arc::new(luminaire))
     }
 }
 
@@ -155,16 +181,9 @@ impl Emitter {
         shape: impl Fn(usize) -> &'a Shape,
         u: [f64; 2],
     ) -> EndSample {
-        match self {
+        each_spot!(self, e => EndSample::only(ConnectionEnd::at(e.position())), {
             Emitter::Point { position, .. } => EndSample::only(ConnectionEnd::at(*position)),
             Emitter::PointOnFace(point) => point.sample_end(u[0]),
-            Emitter::Spot(spot) => EndSample::only(ConnectionEnd::at(spot.position())),
-            Emitter::Projector(projector) => {
-                EndSample::only(ConnectionEnd::at(projector.position()))
-            }
-            Emitter::Luminaire(luminaire) => {
-                EndSample::only(ConnectionEnd::at(luminaire.position()))
-            }
             Emitter::Directional { direction, .. } => EndSample::only(ConnectionEnd::parallel(
                 around.before(*direction),
                 *direction,
@@ -199,7 +218,7 @@ impl Emitter {
                 let shape = shape(area.object());
                 end_at(area.object(), shape, &area.sample(shape, u))
             }
-        }
+        })
     }
 
     /// Returns the radiance at a point of the emitting shape, and the density per unit area with
@@ -221,14 +240,11 @@ impl Emitter {
     /// beam). For a medium that emits, the result is only an estimate; `Scene::leaving` returns the
     /// exact value.
     pub fn emitted(&self, end: &ConnectionEnd, start: DVec3, direction: DVec3) -> Spectrum {
-        match self {
+        each_spot!(self, e => e.intensity(direction), {
             Emitter::Point { intensity, .. } => *intensity,
             Emitter::PointOnFace(point) => {
                 point.emitted(end.position().unwrap_or(start), direction)
             }
-            Emitter::Spot(spot) => spot.intensity(direction),
-            Emitter::Projector(projector) => projector.intensity(direction),
-            Emitter::Luminaire(luminaire) => luminaire.intensity(direction),
             Emitter::Directional { irradiance, .. } => *irradiance,
             Emitter::Collimated(beam) => beam.irradiance(start),
             Emitter::Fiber(fiber) => fiber.emitted(start, direction),
@@ -241,7 +257,7 @@ impl Emitter {
                 } => area.radiance(&on.site) * cosine(end, direction),
                 _ => Spectrum::ZERO,
             },
-        }
+        })
     }
 
     /// Estimates [`Emitter::emitted`] for a sampled end, summed over the channels, at low cost. The

@@ -1,8 +1,7 @@
 //! Positions and axes of emitters, and displaced emitters.
 
-use super::{Aperture, Emitter};
+use super::{Aperture, Emitter, each_spot};
 use glam::DVec3;
-use std::sync::Arc;
 
 impl Emitter {
     /// Returns the position of an emitter that starts at a place in the scene but on no object.
@@ -17,26 +16,20 @@ impl Emitter {
     /// Returns the point, or the centre of the points, from which a point-like emitter radiates.
     /// Distances are sampled around it, because its light falls off as 1/r².
     pub fn singularity(&self) -> Option<DVec3> {
-        match self {
+        each_spot!(self, e => Some(e.position()), {
             Emitter::Point { position, .. } => Some(*position),
             Emitter::PointOnFace(point) => Some(point.position()),
-            Emitter::Spot(spot) => Some(spot.position()),
-            Emitter::Projector(projector) => Some(projector.position()),
-            Emitter::Luminaire(luminaire) => Some(luminaire.position()),
             Emitter::Fiber(fiber) => Some(fiber.origin()),
             _ => None,
-        }
+        })
     }
 
     /// Returns the unit direction around which an emitter within the scene radiates from its own
     /// position, if there is one.
     pub fn axis(&self) -> Option<DVec3> {
-        match self {
-            Emitter::Spot(spot) => Some(spot.axis()),
-            Emitter::Projector(projector) => Some(projector.axis()),
-            Emitter::Luminaire(luminaire) => Some(luminaire.axis()),
+        each_spot!(self, e => Some(e.axis()), {
             _ => self.aperture().map(Aperture::direction),
-        }
+        })
     }
 
     /// Returns the aperture from which the emitter radiates, if it has one.
@@ -51,17 +44,10 @@ impl Emitter {
     /// Returns the emitter displaced by `shift`. Emitters without an [axis](Emitter::axis) stay in
     /// place.
     pub fn moved(&self, shift: DVec3) -> Emitter {
-        match self {
-            Emitter::Spot(spot) => Emitter::Spot(spot.clone().moved(shift)),
-            Emitter::Projector(projector) => {
-                Emitter::Projector(Arc::new(projector.as_ref().clone().moved(shift)))
-            }
-            Emitter::Luminaire(luminaire) => {
-                Emitter::Luminaire(Arc::new(luminaire.as_ref().clone().moved(shift)))
-            }
-            Emitter::Collimated(beam) => Emitter::Collimated(beam.clone().moved(shift)),
-            Emitter::Fiber(fiber) => Emitter::Fiber(fiber.clone().moved(shift)),
+        each_spot!(self, e => e.moved(shift).into(), {
+            Emitter::Collimated(beam) => beam.clone().moved(shift).into(),
+            Emitter::Fiber(fiber) => fiber.clone().moved(shift).into(),
             other => other.clone(),
-        }
+        })
     }
 }

@@ -1,6 +1,6 @@
 //! Power of emitters.
 
-use super::{Emitter, Surroundings};
+use super::{Emitter, Surroundings, each_spot};
 use crate::Spectrum;
 use crate::shape::Shape;
 use std::f64::consts::PI;
@@ -10,12 +10,9 @@ impl Emitter {
     /// is the power that enters a disc as wide as the surroundings, from every direction.
     pub fn power<'a>(&self, around: &Surroundings, shape: impl Fn(usize) -> &'a Shape) -> Spectrum {
         let disc = PI * around.radius * around.radius;
-        match self {
+        each_spot!(self, e => e.power(), {
             Emitter::Point { intensity, .. } => *intensity * (4.0 * PI),
             Emitter::PointOnFace(point) => point.power(),
-            Emitter::Spot(spot) => spot.power(),
-            Emitter::Projector(projector) => projector.power(),
-            Emitter::Luminaire(luminaire) => luminaire.power(),
             Emitter::Area { object, radiance } => *radiance * (PI * shape(*object).area()),
             Emitter::Textured(area) => area.power(),
             Emitter::Directional { irradiance, .. } => *irradiance * disc,
@@ -23,7 +20,7 @@ impl Emitter {
             Emitter::Collimated(beam) => beam.power(),
             Emitter::Fiber(fiber) => fiber.power(),
             Emitter::Volume(volume) => volume.power(),
-        }
+        })
     }
 
     /// Returns the standard error of [`Emitter::power`]; zero if the power is exact.

@@ -1,5 +1,6 @@
 //! Point that projects an image, like a slide projector.
 
+use super::EmitterValues;
 use super::picture::Picture;
 use super::slide::Slide;
 use crate::sampling::DistributionError;
@@ -40,9 +41,11 @@ impl Projector {
     }
 
     /// Returns the projector displaced by `shift`.
-    pub fn moved(mut self, shift: DVec3) -> Self {
-        self.position += shift;
-        self
+    pub fn moved(&self, shift: DVec3) -> Self {
+        Projector {
+            position: self.position + shift,
+            ..self.clone()
+        }
     }
 
     /// Returns the position.
@@ -61,8 +64,8 @@ impl Projector {
     }
 
     /// Returns the image.
-    pub(super) fn slide(&self) -> &Slide {
-        self.picture.slide()
+    pub(super) fn values(&self) -> EmitterValues<'_> {
+        EmitterValues::Slide(self.picture.slide())
     }
 
     /// Returns the image coordinates, in [0, 1]² from the top left, of a unit direction, and its

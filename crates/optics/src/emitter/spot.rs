@@ -1,5 +1,6 @@
 //! Spotlight.
 
+use super::EmitterValues;
 use super::table::sampling_table;
 use crate::sampling::sphere::{uniform_cone_inverse, uniform_cone_sample};
 use crate::sampling::{DistributionError, Frame, Grid2};
@@ -77,9 +78,11 @@ impl Spot {
     }
 
     /// Returns the spot displaced by `shift`.
-    pub fn moved(mut self, shift: DVec3) -> Self {
-        self.position += shift;
-        self
+    pub fn moved(&self, shift: DVec3) -> Self {
+        Spot {
+            position: self.position + shift,
+            ..self.clone()
+        }
     }
 
     /// Returns the spot with its axis along local +z and its intensity multiplied by a texture. For
@@ -124,14 +127,12 @@ impl Spot {
         })
     }
 
-    /// Returns the projected texture.
-    pub(super) fn texture(&self) -> Option<&Texture> {
-        self.thrown.as_ref().map(|thrown| &thrown.texture)
-    }
-
-    /// Returns the intensity at the centre of the cone, without the texture.
-    pub(super) fn scale(&self) -> Spectrum {
-        self.intensity
+    /// Returns the projected texture, or the intensity at the centre of the cone without one.
+    pub(super) fn values(&self) -> EmitterValues<'_> {
+        match &self.thrown {
+            Some(thrown) => EmitterValues::Texture(&thrown.texture),
+            None => EmitterValues::One(self.intensity),
+        }
     }
 
     /// Returns the surface point that selects the texture value of a unit direction within the

@@ -6,7 +6,7 @@
 use super::environment::Environment;
 use super::environment_map::EnvironmentMap;
 use super::slide::Slide;
-use super::{Emitter, VolumeLight};
+use super::{Emitter, VolumeLight, each_spot};
 use crate::Spectrum;
 use crate::connection_end::{ConnectionEnd, OnSurface};
 use crate::texture::Texture;
@@ -58,15 +58,9 @@ pub enum EmitterValues<'a> {
 impl Emitter {
     /// Returns the values that determine the light. An emitting medium has values of its own.
     pub fn values(&self) -> EmitterValues<'_> {
-        match self {
+        each_spot!(self, e => e.values(), {
             Emitter::Point { intensity, .. } => EmitterValues::One(*intensity),
             Emitter::PointOnFace(point) => EmitterValues::One(point.intensity()),
-            Emitter::Spot(spot) => match spot.texture() {
-                Some(texture) => EmitterValues::Texture(texture),
-                None => EmitterValues::One(spot.scale()),
-            },
-            Emitter::Projector(projector) => EmitterValues::Slide(projector.slide()),
-            Emitter::Luminaire(luminaire) => EmitterValues::One(luminaire.scale()),
             Emitter::Area { radiance, .. } => EmitterValues::One(*radiance),
             Emitter::Textured(area) => EmitterValues::Texture(area.texture()),
             Emitter::Directional { irradiance, .. } => EmitterValues::One(*irradiance),
@@ -82,7 +76,7 @@ impl Emitter {
                 None => EmitterValues::One(fiber.power()),
             },
             Emitter::Volume(volume) => EmitterValues::Voxels(volume),
-        }
+        })
     }
 }
 

@@ -141,16 +141,10 @@ impl LightBounds {
                 let radius = 0.5 * all.diagonal();
                 bounds(all.center(), radius, power / (4.0 * PI), Facing::Everywhere)
             }
-            Emitter::Point { position, .. } => {
-                bounds(*position, 0.0, power / (4.0 * PI), Facing::Everywhere)
-            }
-            Emitter::PointOnFace(point) => {
-                let position = point.position();
-                bounds(position, 0.0, power / (4.0 * PI), Facing::Everywhere)
-            }
-            Emitter::Spot(_) | Emitter::Projector(_) | Emitter::Luminaire(_) => {
-                let position = emitter.singularity().unwrap_or(around.center);
-                bounds(position, 0.0, power / (4.0 * PI), Facing::Point)
+            point => {
+                let position = point.singularity().unwrap_or(around.center);
+                let facing = point.axis().map_or(Facing::Everywhere, |_| Facing::Point);
+                bounds(position, 0.0, power / (4.0 * PI), facing)
             }
         }
     }
