@@ -14,7 +14,7 @@ use pyo3::prelude::*;
 use std::ops::Range;
 use transport::attached::IndexDerivativeError;
 use transport::derivative::DerivativeError;
-use transport::film::{Decomposition, LightParts};
+use transport::film::{Decomposition, LightParts, PartsFacts};
 use transport::render::{IndexDerivativeOptions, check_indices, index_derivatives};
 
 /// Parameter of a derivative: a medium, and the name of a parameter of its field, or `None` for
@@ -80,7 +80,9 @@ fn without_weights<'a>(
     layered: bool,
 ) -> PyResult<IndexDerivativeOptions<'a>> {
     if loaded.layering.decomposition.parts == Some(LightParts::Stokes) {
-        return Err(errors::render(DerivativeError::Polarized.to_string()));
+        return Err(errors::render(
+            DerivativeError::Parts(PartsFacts::STOKES).to_string(),
+        ));
     }
     let decomposition = if layered {
         loaded.layering.decomposition

@@ -268,10 +268,8 @@ pub(super) fn build(
 /// # Errors
 /// Message about an estimator that does not follow parts.
 pub(super) fn of_parts(kind: Kind, parts: Option<LightParts>) -> Result<Kind, String> {
-    let (holder, what) = match parts {
-        None => return Ok(kind),
-        Some(LightParts::Stokes) => ("stokes", "polarisation"),
-        Some(LightParts::Sidebands(_)) => ("tagged", "phases"),
+    let Some(parts) = parts else {
+        return Ok(kind);
     };
     match kind {
         Kind::Auto => Ok(Kind::Path),
@@ -280,7 +278,9 @@ pub(super) fn of_parts(kind: Kind, parts: Option<LightParts>) -> Result<Kind, St
             let known = KNOWN.iter().find(|(_, known)| *known == kind);
             let name = known.map_or("this integrator", |(name, _)| name);
             Err(format!(
-                "'{holder}' cannot hold '{name}': only 'path', 'direct', 'particle' and 'bdpt' follow {what}"
+                "'{}' cannot hold '{name}': only 'path', 'direct', 'particle' and 'bdpt' follow {}",
+                parts.facts().integrator,
+                parts.facts().quantity
             ))
         }
     }

@@ -4,12 +4,9 @@ use crate::assemble::{Layering, Loaded};
 use serde_json::{Value, json};
 use transport::Film;
 use transport::film::LightParts;
-use transport::mueller::STOKES_PARAMETERS;
 
 /// Minimum number of digits of bin numbers, so that alphabetical order is numerical order.
 const DIGITS: usize = 4;
-/// Names of the Stokes parameters.
-const STOKES: [&str; STOKES_PARAMETERS] = ["S0", "S1", "S2", "S3"];
 
 /// Data for naming layers.
 #[derive(Clone, Copy, Debug)]
@@ -59,7 +56,7 @@ impl<'a> Naming<'a> {
             parts.push(format!("light.{}", self.emitters[emitter]));
         }
         if let Some(kind) = &decomposition.parts {
-            parts.push(part_name(kind, part));
+            parts.push(kind.part_name(part));
         }
         parts.join(".")
     }
@@ -101,10 +98,10 @@ impl<'a> Naming<'a> {
         let bounces = decomposition.bounces.map(|k| format!("0 to {k} bounces"));
         let lights = decomposition.emitters.map(|n| format!("{n} lights"));
         let parts = decomposition.parts.map(|parts| match parts {
-            LightParts::Stokes => "Stokes parameters".into(),
             LightParts::Sidebands(of) => {
                 format!("{} orders and {} delays", of.orders() + 1, of.delays())
             }
+            parts => parts.facts().name.into(),
         });
         let parts = [length, bounces, lights, parts].into_iter().flatten();
         let parts: Vec<String> = parts.collect();
@@ -187,25 +184,8 @@ impl<'a> Naming<'a> {
     }
 }
 
-/// Returns the name of a part of light.
-fn part_name(parts: &LightParts, part: usize) -> String {
-    match parts {
-        LightParts::Stokes => STOKES[part].into(),
-        LightParts::Sidebands(sidebands) => {
-            let orders = sidebands.orders() as usize;
-            match part {
-                0 => "total".into(),
-                1 => "carrier".into(),
-                part if part <= 1 + orders => format!("sideband.{}", part - 1),
-                part => format!("delay.{}", part - 1 - orders),
-            }
-        }
-    }
-}
-
 fn parts_axis(parts: &LightParts) -> Value {
     match parts {
-        LightParts::Stokes => json!({ "name": "stokes", "parameters": STOKES }),
         LightParts::Sidebands(sidebands) => {
             let count = f64::from(sidebands.delays());
             let delays: Vec<f64> = (1..=sidebands.delays())
@@ -216,6 +196,12 @@ fn parts_axis(parts: &LightParts) -> Value {
                 "orders": sidebands.orders(),
                 "delays": delays,
             })
+        }
+        parts => {
+            let names: Vec<String> = (0..parts.count())
+                .map(|part| parts.part_name(part))
+                .collect();
+            json!({ "name": parts.facts().integrator, "parameters": names })
         }
     }
 }

@@ -1,5 +1,7 @@
 //! Errors of derivatives.
 
+use crate::film::PartsFacts;
+
 /// Reason why derivatives cannot be computed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DerivativeError {
@@ -67,16 +69,13 @@ pub enum DerivativeError {
     /// The integrator blurs light.
     #[error("light that the integrator {0} blurs has no derivatives: take path, particle or bdpt")]
     Blurred(&'static str),
-    /// The light is polarised and has Stokes parameters.
+    /// The light is separated into parts, such as its Stokes parameters.
     #[error(
-        "Stokes parameters have no derivatives: leave out the integrator stokes, and 'stokes' of meters"
+        "{} have no derivatives: leave out the integrator {plugin}, and '{plugin}' of meters",
+        .0.name,
+        plugin = .0.integrator
     )]
-    Polarized,
-    /// The light is separated into sidebands.
-    #[error(
-        "sidebands of tagged light have no derivatives yet: leave the integrator tagged, and 'tagged' of meters, out"
-    )]
-    Tagged,
+    Parts(PartsFacts),
     /// The number of weights differs from the number of values.
     #[error("expected {expected} weights, as many as there are values, found {found}")]
     Weights {

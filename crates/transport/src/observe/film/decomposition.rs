@@ -57,7 +57,57 @@ pub enum LightParts {
     Sidebands(Sidebands),
 }
 
+/// Names that concern one kind of parts of light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PartsFacts {
+    /// Name of the parts.
+    pub name: &'static str,
+    /// Name of the integrator that requests the parts.
+    pub integrator: &'static str,
+    /// Quantity of paths that the parts depend on.
+    pub quantity: &'static str,
+}
+
+impl PartsFacts {
+    /// Facts of [`LightParts::Stokes`].
+    pub const STOKES: Self = PartsFacts {
+        name: "Stokes parameters",
+        integrator: "stokes",
+        quantity: "polarisation",
+    };
+    /// Facts of [`LightParts::Sidebands`].
+    pub const SIDEBANDS: Self = PartsFacts {
+        name: "sidebands",
+        integrator: "tagged",
+        quantity: "phases",
+    };
+}
+
 impl LightParts {
+    /// Returns the names that concern the parts.
+    pub fn facts(&self) -> PartsFacts {
+        match self {
+            LightParts::Stokes => PartsFacts::STOKES,
+            LightParts::Sidebands(_) => PartsFacts::SIDEBANDS,
+        }
+    }
+
+    /// Returns the name of a part, as it appears in names of layers.
+    pub fn part_name(&self, part: usize) -> String {
+        match self {
+            LightParts::Stokes => format!("S{part}"),
+            LightParts::Sidebands(sidebands) => {
+                let orders = sidebands.orders() as usize;
+                match part {
+                    0 => "total".into(),
+                    1 => "carrier".into(),
+                    part if part <= 1 + orders => format!("sideband.{}", part - 1),
+                    part => format!("delay.{}", part - 1 - orders),
+                }
+            }
+        }
+    }
+
     /// Number of parts.
     pub fn count(&self) -> usize {
         match self {

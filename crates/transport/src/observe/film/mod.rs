@@ -13,7 +13,7 @@ mod spec;
 mod summary;
 
 pub(crate) use cells::Cells;
-pub use decomposition::{Decomposition, LayerAxis, LightParts, PathFacts};
+pub use decomposition::{Decomposition, LayerAxis, LightParts, PartsFacts, PathFacts};
 pub use filter::Filter;
 pub(crate) use footprint::Footprint;
 pub use layers::Layers;

@@ -9,7 +9,7 @@ use crate::attached::{
     self, AttachedPath, AttachedWalk, IndexDerivativeError, IndexPlan, Majorants,
 };
 use crate::derivative::DerivativeError;
-use crate::film::{Decomposition, Footprint, LightParts, PathFacts};
+use crate::film::{Decomposition, Footprint, PathFacts};
 use crate::integrator::{Integrator, PathTracer};
 use crate::render::source::{Source, finite};
 use crate::render::{Handle, RenderOptions, prepare};
@@ -135,8 +135,7 @@ fn check_layers(decomposition: &Decomposition) -> Result<(), IndexDerivativeErro
         return Err(IndexDerivativeError::Layers("emitters"));
     }
     match decomposition.parts {
-        Some(LightParts::Stokes) => Err(IndexDerivativeError::Layers("Stokes parameters")),
-        Some(LightParts::Sidebands(_)) => Err(IndexDerivativeError::Layers("sidebands")),
+        Some(parts) => Err(IndexDerivativeError::Layers(parts.facts().name)),
         None => Ok(()),
     }
 }

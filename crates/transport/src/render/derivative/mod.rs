@@ -15,7 +15,7 @@ use super::splats::{Place, splat};
 use super::{Handle, Prepared, RenderOptions, prepare};
 use crate::Spectrum;
 use crate::derivative::{DerivativeError, Plan, RadiometricParameter, Sums, Tape};
-use crate::film::{Decomposition, Footprint, LightParts};
+use crate::film::{Decomposition, Footprint};
 use crate::integrator::{Contribution, Integrator, PathFinds};
 use crate::observe::fold::Folded;
 use crate::renderer::Renderer;
@@ -89,10 +89,7 @@ pub fn derivatives(
     handle: &Handle,
 ) -> Result<Option<Derivatives>, DerivativeError> {
     if let Some(parts) = options.decomposition.parts {
-        return Err(match parts {
-            LightParts::Stokes => DerivativeError::Polarized,
-            LightParts::Sidebands(_) => DerivativeError::Tagged,
-        });
+        return Err(DerivativeError::Parts(parts.facts()));
     }
     if options.integrator.blurs() {
         return Err(DerivativeError::Blurred(options.integrator.name()));

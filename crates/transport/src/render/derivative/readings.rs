@@ -3,6 +3,7 @@
 use super::batches::{Part, Units, derivatives_of};
 use super::{Derivatives, SEED, blank, check_weights};
 use crate::derivative::{DerivativeError, Plan, RadiometricParameter, Sums};
+use crate::film::PartsFacts;
 use crate::meter::{Functionals, Meter, MeterProblem, Setup};
 use crate::path::Workspace;
 use crate::render::{Handle, seed_of_group};
@@ -61,10 +62,10 @@ pub fn meter_derivatives(
     handle: &Handle,
 ) -> Result<Option<Derivatives>, DerivativeError> {
     if meters.iter().any(|meter| meter.sidebands().is_some()) {
-        return Err(DerivativeError::Tagged);
+        return Err(DerivativeError::Parts(PartsFacts::SIDEBANDS));
     }
     if meters.iter().any(Meter::has_stokes) {
-        return Err(DerivativeError::Polarized);
+        return Err(DerivativeError::Parts(PartsFacts::STOKES));
     }
     let scene = scenes.first().expect(NO_SCENE);
     check_meters(meters, scene)?;
