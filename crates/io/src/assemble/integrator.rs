@@ -8,6 +8,7 @@ use super::tagging::sidebands;
 use crate::diagnostic::{Diagnostic, Diagnostics, suggest};
 use crate::query::{Query, unknown_plugin};
 use crate::scene::{ObjectDescription, PluginKind, Value};
+use crate::schema;
 use eikonal::Tolerance;
 use transport::aov::AovTracer;
 use transport::film::LightParts;
@@ -35,8 +36,6 @@ const KNOWN: [(&str, Kind); 12] = [
     ("photon", Kind::Photon),
     ("sppm", Kind::Sppm),
 ];
-/// Integrators that wrap another integrator and add to its results.
-const HOLDERS: [&str; 4] = ["moment", "stokes", "tagged", "aov"];
 /// Parameters specific to `aov`: see [`AskedQuantities::of`].
 const AOV: [&str; 3] = ["aovs", "wavelength", "reference_index"];
 /// Number of edges of a path that scatters once: from the emitter to the surface to the sensor.
@@ -294,7 +293,8 @@ fn nested_in(object: &ObjectDescription) -> Option<&ObjectDescription> {
 
 /// True if an integrator wraps another.
 fn holds(object: &ObjectDescription) -> bool {
-    HOLDERS.contains(&object.plugin.as_str())
+    let row = schema::find(PluginKind::Integrator, &object.plugin);
+    row.is_some_and(|row| row.takes(PluginKind::Integrator))
 }
 
 /// Returns the integrator that renders: the innermost of wrapped integrators.
@@ -364,7 +364,7 @@ fn find(name: &str) -> Option<Kind> {
 /// integrator in it.
 fn plugin(object: &ObjectDescription, context: &mut Context) -> Option<Kind> {
     let known = find(&object.plugin);
-    if known.is_none() && HOLDERS.contains(&object.plugin.as_str()) {
+    if known.is_none() && holds(object) {
         Query::new(object, context.diagnostics).required_child(PluginKind::Integrator);
         return None;
     }
