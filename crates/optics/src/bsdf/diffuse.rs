@@ -28,8 +28,8 @@ impl Diffuse {
         &self.reflectance
     }
 
-    pub(super) fn sample(&self, s: &Surface, toward: DVec3, u: [f64; 2]) -> Option<BsdfSample> {
-        let local = cosine_hemisphere_sample(u);
+    pub(super) fn sample(&self, s: &Surface, toward: DVec3, u: [f64; 3]) -> Option<BsdfSample> {
+        let local = cosine_hemisphere_sample([u[1], u[2]]);
         let pdf = cosine_hemisphere_pdf(local);
         if s.normal.dot(toward) <= 0.0 || pdf <= 0.0 {
             return None;

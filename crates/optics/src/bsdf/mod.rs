@@ -172,77 +172,59 @@ pub enum Bsdf {
     NormalMap(Box<NormalMap>),
 }
 
+/// Evaluates an expression on whichever bsdf this is. Masks and bsdfs whose events are all deltas
+/// have arms of their own.
+macro_rules! each {
+    ($self:expr, $b:ident => $e:expr, { $($arms:tt)* }) => {
+        match $self {
+            Bsdf::Diffuse($b) => $e,
+            Bsdf::RoughDielectric($b) => $e,
+            Bsdf::RoughConductor($b) => $e,
+            Bsdf::Plastic($b) => $e,
+            Bsdf::RoughPlastic($b) => $e,
+            Bsdf::Principled($b) => $e,
+            Bsdf::PrincipledThin($b) => $e,
+            Bsdf::PolarizedPlastic($b) => $e,
+            Bsdf::RoughDiffuse($b) => $e,
+            Bsdf::GlossyDiffuse($b) => $e,
+            Bsdf::Coating($b) => $e,
+            Bsdf::Blend($b) => $e,
+            Bsdf::TwoSided($b) => $e,
+            Bsdf::NormalMap($b) => $e,
+            $($arms)*
+        }
+    };
+}
+
 impl Bsdf {
     /// Samples like [`Bsdf::sample`], by the geometric normal.
     fn sample_by_normal(&self, s: &Surface, toward: DVec3, u: [f64; 3]) -> Option<BsdfSample> {
-        match self {
+        each!(self, b => b.sample(s, toward, u), {
             Bsdf::Null => Some(null::sample(s, toward)),
-            Bsdf::Diffuse(b) => b.sample(s, toward, [u[1], u[2]]),
             Bsdf::Dielectric(b) => Some(b.sample(s, toward, u[0])),
-            Bsdf::RoughDielectric(b) => b.sample(s, toward, u),
             Bsdf::Conductor(b) => b.sample(s, toward),
-            Bsdf::RoughConductor(b) => b.sample(s, toward, [u[1], u[2]]),
-            Bsdf::Plastic(b) => b.sample(s, toward, u),
-            Bsdf::RoughPlastic(b) => b.sample(s, toward, u),
-            Bsdf::Principled(b) => b.sample(s, toward, u),
-            Bsdf::PrincipledThin(b) => b.sample(s, toward, u),
-            Bsdf::PolarizedPlastic(b) => b.sample(s, toward, u),
-            Bsdf::RoughDiffuse(b) => b.sample(s, toward, [u[1], u[2]]),
-            Bsdf::GlossyDiffuse(b) => b.sample(s, toward, u),
-            Bsdf::Coating(b) => b.sample(s, toward, u),
-            Bsdf::Blend(b) => b.sample(s, toward, u),
-            Bsdf::TwoSided(b) => b.sample(s, toward, u),
-            Bsdf::Mask(b) => b.nested().sample(s, toward, u),
             Bsdf::ThinDielectric(b) => Some(b.sample(s, toward)),
             Bsdf::Filter(_) => None,
-            Bsdf::NormalMap(b) => b.sample(s, toward, u),
-        }
+            Bsdf::Mask(b) => b.nested().sample(s, toward, u),
+        })
     }
 
     /// Evaluates like [`Bsdf::eval`], by the geometric normal.
     fn eval_by_normal(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {
-        match self {
+        each!(self, b => b.eval(s, toward, direction), {
             Bsdf::Null | Bsdf::Dielectric(_) => Spectrum::ZERO,
             Bsdf::Conductor(_) | Bsdf::ThinDielectric(_) | Bsdf::Filter(_) => Spectrum::ZERO,
-            Bsdf::Diffuse(b) => b.eval(s, toward, direction),
-            Bsdf::RoughDielectric(b) => b.eval(s, toward, direction),
-            Bsdf::RoughConductor(b) => b.eval(s, toward, direction),
-            Bsdf::Plastic(b) => b.eval(s, toward, direction),
-            Bsdf::RoughPlastic(b) => b.eval(s, toward, direction),
-            Bsdf::Principled(b) => b.eval(s, toward, direction),
-            Bsdf::PrincipledThin(b) => b.eval(s, toward, direction),
-            Bsdf::PolarizedPlastic(b) => b.eval(s, toward, direction),
-            Bsdf::RoughDiffuse(b) => b.eval(s, toward, direction),
-            Bsdf::GlossyDiffuse(b) => b.eval(s, toward, direction),
-            Bsdf::Coating(b) => b.eval(s, toward, direction),
-            Bsdf::Blend(b) => b.eval(s, toward, direction),
-            Bsdf::TwoSided(b) => b.eval(s, toward, direction),
             Bsdf::Mask(b) => b.nested().eval(s, toward, direction),
-            Bsdf::NormalMap(b) => b.eval(s, toward, direction),
-        }
+        })
     }
 
     /// Returns the density like [`Bsdf::pdf`], by the geometric normal.
     fn pdf_by_normal(&self, s: &Surface, toward: DVec3, direction: DVec3) -> f64 {
-        match self {
+        each!(self, b => b.pdf(s, toward, direction), {
             Bsdf::Null | Bsdf::Dielectric(_) => 0.0,
             Bsdf::Conductor(_) | Bsdf::ThinDielectric(_) | Bsdf::Filter(_) => 0.0,
-            Bsdf::Diffuse(b) => b.pdf(s, toward, direction),
-            Bsdf::RoughDielectric(b) => b.pdf(s, toward, direction),
-            Bsdf::RoughConductor(b) => b.pdf(s, toward, direction),
-            Bsdf::Plastic(b) => b.pdf(s, toward, direction),
-            Bsdf::RoughPlastic(b) => b.pdf(s, toward, direction),
-            Bsdf::Principled(b) => b.pdf(s, toward, direction),
-            Bsdf::PrincipledThin(b) => b.pdf(s, toward, direction),
-            Bsdf::PolarizedPlastic(b) => b.pdf(s, toward, direction),
-            Bsdf::RoughDiffuse(b) => b.pdf(s, toward, direction),
-            Bsdf::GlossyDiffuse(b) => b.pdf(s, toward, direction),
-            Bsdf::Coating(b) => b.pdf(s, toward, direction),
-            Bsdf::Blend(b) => b.pdf(s, toward, direction),
-            Bsdf::TwoSided(b) => b.pdf(s, toward, direction),
             Bsdf::Mask(b) => b.nested().pdf(s, toward, direction),
-            Bsdf::NormalMap(b) => b.pdf(s, toward, direction),
-        }
+        })
     }
 
     /// Returns the light that passes the surface at `site` undeflected, for an angle of the given

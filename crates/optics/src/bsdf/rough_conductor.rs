@@ -40,14 +40,14 @@ impl RoughConductor {
         self.roughness.is_anisotropic()
     }
 
-    pub(super) fn sample(&self, s: &Surface, toward: DVec3, u: [f64; 2]) -> Option<BsdfSample> {
+    pub(super) fn sample(&self, s: &Surface, toward: DVec3, u: [f64; 3]) -> Option<BsdfSample> {
         let frame = s.frame();
         let o = frame.to_local(toward);
         if o.z <= 0.0 {
             return None;
         }
         let facets = self.roughness.at(s);
-        let h = facets.sample_visible(o, u);
+        let h = facets.sample_visible(o, [u[1], u[2]]);
         let cos = o.dot(h);
         let i = reflect(o, h, cos).normalize();
         if cos <= 0.0 || i.z <= 0.0 {

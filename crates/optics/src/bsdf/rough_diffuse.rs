@@ -48,8 +48,8 @@ impl RoughDiffuse {
         })
     }
 
-    pub(super) fn sample(&self, s: &Surface, toward: DVec3, u: [f64; 2]) -> Option<BsdfSample> {
-        let local = cosine_hemisphere_sample(u);
+    pub(super) fn sample(&self, s: &Surface, toward: DVec3, u: [f64; 3]) -> Option<BsdfSample> {
+        let local = cosine_hemisphere_sample([u[1], u[2]]);
         let direction = Frame::from_normal(s.normal).to_world(local).normalize();
         let pdf = self.pdf(s, toward, direction);
         let value = || self.eval(s, toward, direction);
