@@ -128,35 +128,18 @@ macro_rules! each_spot {
 }
 use each_spot;
 
-impl From<Collimated> for Emitter {
-    fn from(beam: Collimated) -> Self {
-        Emitter::Collimated(beam)
-    }
+/// Implements `From` for [`Emitter`].
+macro_rules! from {
+    ($($emitter:ident),*) => {$(
+        impl From<$emitter> for Emitter {
+            fn from(emitter: $emitter) -> Self {
+                Emitter::$emitter(emitter.into())
+            }
+        }
+    )*};
 }
 
-impl From<Fiber> for Emitter {
-    fn from(fiber: Fiber) -> Self {
-        Emitter::Fiber(fiber)
-    }
-}
-
-impl From<Spot> for Emitter {
-    fn from(spot: Spot) -> Self {
-        Emitter::Spot(spot)
-    }
-}
-
-impl From<Projector> for Emitter {
-    fn from(projector: Projector) -> Self {
-        Emitter::Projector(Arc::new(projector))
-    }
-}
-
-impl From<Luminaire> for Emitter {
-    fn from(luminaire: Luminaire) -> Self {
-        Emitter::Luminaire(Arc::new(luminaire))
-    }
-}
+from!(Collimated, Fiber, Luminaire, Projector, Spot);
 
 impl Emitter {
     /// Creates an environment with the same radiance from all directions, W/(m² sr) if lengths are

@@ -12,7 +12,6 @@ use crate::image::RgbImage;
 use crate::query::{Input, Query, misplaced_plugin};
 use crate::scene::{ObjectDescription, SpectrumValue};
 use std::f64::consts::PI;
-use std::sync::Arc;
 use transport::Spectrum;
 use transport::emitter::{Emitter, Environment, Luminaire, Projector, Slide};
 use transport::texture::{BitmapFilter, Wrap};
@@ -97,8 +96,8 @@ pub(super) fn projector(object: &ObjectDescription, context: &mut Context) -> Op
     let fov = fov.horizontal(size[0] as f64 / size[1] as f64);
     let (position, orientation) = pose?;
     let projector = Projector::new(position, orientation, fov, slide);
-    let projector = context.accept(&object.location, projector)?;
-    Some(Emitter::Projector(Arc::new(projector)))
+    let projector = context.accept(&object.location, projector);
+    projector.map(Emitter::from)
 }
 
 /// Builds a luminaire from measured photometric data.
@@ -114,6 +113,6 @@ pub(super) fn luminaire(object: &ObjectDescription, context: &mut Context) -> Op
     let angles = [luminaire.vertical, luminaire.horizontal];
     let (position, orientation) = pose?;
     let luminaire = Luminaire::new(position, orientation, scale, angles, luminaire.candela);
-    let luminaire = context.accept(&object.location, luminaire)?;
-    Some(Emitter::Luminaire(Arc::new(luminaire)))
+    let luminaire = context.accept(&object.location, luminaire);
+    luminaire.map(Emitter::from)
 }
