@@ -266,10 +266,8 @@ impl Shape {
         // let outward = || true;
         let outward = || (normal.dot(direction) > 0.0) != self.has_flipped_normals();
         match self {
-            Shape::Sphere(_) | Shape::Cube(_) => outward(),
-            Shape::Cylinder(s) => s.is_capped() && outward(),
-            Shape::Rectangle(_) | Shape::Disk(_) => true,
             Shape::Mesh(_) | Shape::VoxelFaces(_) => false,
+            _ => self.is_flat() || (self.is_closed() && outward()),
         }
     }
 
