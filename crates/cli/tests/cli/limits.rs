@@ -18,7 +18,8 @@ fn time_ends_a_render() {
         "the scene's own number of samples is no limit: {spp}"
     );
     let seconds = stats["seconds"].as_f64().unwrap();
-    assert!((0.3..10.0).contains(&seconds), "{seconds}");
+    // The limit includes the time to load the scene, which is not part of the seconds.
+    assert!((0.2..10.0).contains(&seconds), "{seconds}");
     let image = exr::read(&folder.path("a.exr")).unwrap();
     assert_eq!(image.attribute("spp"), Some(spp.to_string().as_str()));
     // The image equals a render of this number of samples.
@@ -293,7 +294,7 @@ fn too_fine_references_are_given_up_and_in_time() {
           <float name="wave_number" value="1e6"/></volume></integrator>
       <sensor type="orthographic">
         <transform name="to_world"><lookat origin="0, 0, -0.9" target="0, 0.1, 1" up="0, 1, 0"/></transform>
-        <film type="hdrfilm"><integer name="width" value="$width"/><integer name="height" value="1"/></film></sensor>
+        <film type="hdrfilm"><integer name="width" value="$width"/><integer name="height" value="1"/><rfilter type="box"/></film></sensor>
       <shape type="cube"><bsdf type="null"/><medium name="interior" type="transparent"/></shape></scene>"#;
     let folder = Folder::with_file(scene);
     folder.succeed("render scene.xml --spp 1 --stats s.json -o a.exr");

@@ -26,7 +26,8 @@ pub fn memory(scene: &Scene, options: &RenderOptions) -> usize {
     let scores = per_unit.saturating_mul(units.max(1) as usize);
     let per_pixel = kept(scene.film(), options).saturating_add(pending(scene.film(), options));
     let waiting = if spreads(scene.film(), options) {
-        splats::waiting(pixels, parts(options))
+        let keeps = options.renderer.splats() || options.decomposition.is_some();
+        splats::waiting(pixels, parts(options), keeps)
     } else {
         0
     };
@@ -128,7 +129,7 @@ fn spreads(spec: &FilmSpec, options: &RenderOptions) -> bool {
 fn pending(spec: &FilmSpec, options: &RenderOptions) -> usize {
     if spreads(spec, options) {
         let of_replicate = usize::from(options.replicates().size() > 1);
-        let own = 2;
+        let own = 1 + debiased(options);
         size_of::<Spectrum>() * (own + of_replicate + debiased(options) + layers(options))
             + light_paths(options)
     } else {

@@ -32,11 +32,13 @@ const TASKS_PER_THREAD: usize = 1 << 7;
 const CONTRIBUTIONS: usize = 32;
 
 /// Bytes of the contributions that are kept until they are added up, for a film of `pixels` pixels
-/// and contributions of `parts` parts.
-pub(super) fn waiting(pixels: usize, parts: usize) -> usize {
+/// and contributions of `parts` parts; only of the sums of cells if contributions are not kept one
+/// by one.
+pub(super) fn waiting(pixels: usize, parts: usize, keeps: bool) -> usize {
     let pixels = pixels.min(tasks_of_block() * CELLS_PER_TASK);
     let parts = parts * size_of::<(usize, FoundPart)>();
-    pixels * CONTRIBUTIONS * (size_of::<(usize, Contribution)>() + parts)
+    let contributions = CONTRIBUTIONS * (size_of::<(usize, Contribution)>() + parts);
+    pixels * (size_of::<Spectrum>() + if keeps { contributions } else { 0 })
 }
 
 /// Number of tasks whose contributions are kept at the same time.
@@ -47,9 +49,10 @@ fn tasks_of_block() -> usize {
 /// Results of one sample of a few neighbouring cells.
 #[derive(Default)]
 struct SplatSamples {
-    /// Light of each cell that counts at the point of its sensor ray on the film, and the part of
-    /// this light that is bias.
-    own: Vec<[Spectrum; 2]>,
+    /// Light of each cell that counts at the point of its sensor ray on the film.
+    own: Vec<Spectrum>,
+    /// Part of this light that is bias, if the integrator has a known bias.
+    bias: Vec<Spectrum>,
     /// Contributions, each with the cell whose sample found it: all of them if
     /// [`Wanted::keeps_own`], otherwise those with a position on the image.
     contributions: Vec<(usize, Contribution)>,
@@ -207,8 +210,10 @@ struct Assembly<'a> {
     told_apart: bool,
     /// Footprint of the current sample.
     footprint: Footprint,
-    /// Values of the current sample by cell, and the part of each that is bias.
-    own: Vec<[Spectrum; 2]>,
+    /// Values of the current sample by cell.
+    own: Vec<Spectrum>,
+    /// Parts of these values that are bias, if the integrator has a known bias.
+    bias: Vec<Spectrum>,
     /// Light of the current sample with positions of its own on the image, by pixel.
     image: Vec<Spectrum>,
     /// Mean of the current replicate up to the last sample, by pixel.
@@ -238,6 +243,7 @@ impl<'a> Assembly<'a> {
             told_apart,
             footprint: source.footprint(0),
             own: Vec::new(),
+            bias: Vec::new(),
             image: Vec::new(),
             replicate: Vec::new(),
             layered: decomposition.map(|d| Layered::new(d, film.width() * film.height())),
@@ -266,6 +272,8 @@ impl<'a> Assembly<'a> {
     fn begin(&mut self, sample: u64) {
         self.footprint = self.source.footprint(sample);
         self.own.clear();
+        self.own.reserve_exact(self.source.cells.count());
+        self.bias.clear();
         self.image.clear();
         self.image.resize(self.pixels(), Spectrum::ZERO);
     }
@@ -291,6 +299,7 @@ impl<'a> Assembly<'a> {
                 .splat(self.source, &self.footprint, contributions, share);
         }
         self.own.extend(part.own);
+        self.bias.extend(part.bias);
     }
 
     /// Ends the current sample, and the replicate after its last sample.
@@ -299,7 +308,7 @@ impl<'a> Assembly<'a> {
         self.balances.enter(&std::mem::take(&mut self.balance));
         let mut image = std::mem::take(&mut self.image);
         if self.blurs {
-            let unbiased = |cell: usize| self.own[cell][0] - self.own[cell][1];
+            let unbiased = |cell: usize| self.own[cell] - self.bias[cell];
             let mut values = image.clone();
             spread(self.source, &self.footprint, unbiased, &mut values);
             values
@@ -310,13 +319,16 @@ impl<'a> Assembly<'a> {
         spread(
             self.source,
             &self.footprint,
-            |cell| self.own[cell][0],
+            |cell| self.own[cell],
             &mut image,
         );
         for value in &mut image {
             *value = finite(*value, &mut self.stats.not_finite);
         }
         if self.sorts {
+            if self.sorted.is_empty() {
+                self.sorted.reserve_exact(image.len() * size as usize);
+            }
             self.sorted.extend(image.iter().copied().enumerate());
         }
         image.iter_mut().for_each(|value| *value *= share);
@@ -397,7 +409,7 @@ fn part(
     let taken = source.cells.pixels_among(task.cells.clone());
     for cell in task.cells {
         if may_skip && !source.cells.counts(&footprint, cell) {
-            part.own.push([Spectrum::ZERO; 2]);
+            part.own.push(Spectrum::ZERO);
             continue;
         }
         match &mut followed {
@@ -408,22 +420,25 @@ fn part(
             let particle = std::mem::take(&mut ws.particle_balance);
             balance.add(&particle, &mut ws.stats.not_finite);
         }
-        let mut own = [Spectrum::ZERO; 2];
+        let (mut own, mut bias) = (Spectrum::ZERO, Spectrum::ZERO);
         for contribution in found.drain(..) {
             if !contribution.is_finite() {
                 ws.stats.not_finite += 1;
                 continue;
             }
             if contribution.image.is_none() {
-                own[0] += contribution.weighted();
+                own += contribution.weighted();
                 // Only light without a position on the image is blurred.
-                own[1] += contribution.bias * contribution.weight;
+                bias += contribution.bias * contribution.weight;
             }
             if wanted.keeps_own || contribution.image.is_some() {
                 part.contributions.push((cell, contribution));
             }
         }
         part.own.push(own);
+        if light.integrator.blurs() {
+            part.bias.push(bias);
+        }
         if let (Some(parts), Some(followed)) = (&mut part.parts, &followed) {
             let found = followed.parts().filter(|part| !part.value.is_zero());
             parts.extend(found.map(|part| {
