@@ -375,11 +375,11 @@ pub(super) fn spread(
         });
 }
 
-/// Rounds a number to 37 binary digits (T. J. Dekker, "A floating-point technique for extending the
+/// Rounds a number to 44 binary digits (T. J. Dekker, "A floating-point technique for extending the
 /// available precision", 1971). Weights that add up to one but for rounding then leave an even
 /// image exactly even.
 fn rounded(x: f64) -> f64 {
-    let split = x * (f64::from(1 << 16) + 1.0);
+    let split = x * (f64::from(1 << 9) + 1.0);
     split - (split - x)
 }
 
