@@ -151,7 +151,8 @@ impl RenderOptions {
             && matches!(self.renderer, Renderer::Light(Integrator::Path(_)))
     }
 
-    /// Where samples are taken on a film: pixels that are to have different numbers of samples are independent.
+    /// Cells in which samples of a film are taken. Pixels with different numbers of samples are
+    /// independent.
     fn cells(&self, film: &FilmSpec) -> Cells {
         if self.shares_out() {
             Cells::apart(film)

@@ -1,14 +1,14 @@
-//! Places on a film at which samples are taken (docs/theory.md#film).
+//! Points of a film at which samples are taken (docs/theory.md#film).
 
 use super::{FilmSpec, Filter, Footprint};
 use crate::sampling::PiecewiseLinear;
 
-/// Cells of a film: its pixels, and as many around them as the reconstruction filter reaches. A sample of the image has one point
-/// in each cell.
+/// Cells of a film: its pixels, and a margin as wide as the reconstruction filter reaches. A sample
+/// of the image has one point in each cell.
 ///
-/// The points of one sample have the same place in all cells. So each pixel gets the same weights, which add up to one: an even
-/// image stays even. Points have the density of the filter, repeated at every pixel, over the place in a cell. The mean of all
-/// samples of a pixel is then the filtered image, without bias.
+/// The points of one sample have the same place in all cells. Hence each pixel receives the same
+/// weights, which add up to one: an even image stays even. The place has the density of the filters
+/// of all pixels together, so that the mean of all samples of a pixel is the filtered image.
 #[derive(Clone, Debug)]
 pub(crate) struct Cells {
     film: [usize; 2],
@@ -17,7 +17,7 @@ pub(crate) struct Cells {
     /// Density of the place in a cell along each axis; `None` if it is uniform.
     places: Option<PiecewiseLinear>,
     filter: Filter,
-    /// True if a sample counts in its own pixel only, wherever its point lies.
+    /// True if each sample counts in its own pixel only.
     are_apart: bool,
 }
 
@@ -25,7 +25,8 @@ pub(crate) struct Cells {
 const INTERVALS: usize = 256;
 /// Places in a cell along an axis over which squares of weights are averaged.
 const NOISE_PLACES: u32 = 32;
-/// Densities that differ from one by no more than this are uniform: partitions of unity, rounded.
+/// Largest deviation from one of a density that counts as uniform: the rounding of filters whose
+/// values at all pixels add up to one.
 const ROUNDING: f64 = 1e-12;
 
 impl Cells {
@@ -40,8 +41,8 @@ impl Cells {
         }
     }
 
-    /// Cells of a film each of whose samples counts in its own pixel only. Points have the density of the filter around the
-    /// pixel's centre.
+    /// Cells of a film whose samples count in their own pixels only. Points have the density of the
+    /// filter around the pixel's centre.
     pub(crate) fn apart(spec: &FilmSpec) -> Self {
         Cells {
             film: [spec.width, spec.height],
@@ -94,7 +95,8 @@ impl Cells {
         }
     }
 
-    /// A point of a cell, in pixels from its corner, and the weight of a sample there, given independent uniform numbers.
+    /// Samples a point of a cell from independent uniform numbers. Returns the point in pixels from
+    /// the cell's corner, and the weight of a sample there.
     pub(crate) fn point(&self, uniform: [f64; 2]) -> ([f64; 2], f64) {
         if self.are_apart {
             let offsets = uniform.map(|u| self.filter.sample(u));
@@ -107,7 +109,7 @@ impl Cells {
         }
     }
 
-    /// Pixels in which a sample at a point of the film's first cell counts.
+    /// Footprint of a sample at a point of the cell that is the film's first pixel.
     pub(crate) fn footprint(&self, point: [f64; 2]) -> Footprint {
         if self.overlap() {
             Footprint::at(&self.filter, point)
@@ -116,7 +118,8 @@ impl Cells {
         }
     }
 
-    /// Variance of a pixel over the variance of the samples of cells, where all have the same: the mean sum of the squares of weights.
+    /// Variance of a pixel relative to the variance of the samples of cells, if all cells have equal
+    /// variances: the mean of the sum of squared weights.
     pub(crate) fn noise(&self) -> f64 {
         let places = (0..NOISE_PLACES).map(|i| (f64::from(i) + 0.5) / f64::from(NOISE_PLACES));
         let of_axis = |place: f64| {
@@ -165,7 +168,8 @@ impl Cells {
     }
 }
 
-/// Density of the places in a cell along an axis: the filters of all pixels there.
+/// Returns the density of places in a cell along an axis: the sum of the filters of all pixels, or
+/// `None` if it is uniform.
 fn places(filter: &Filter) -> Option<PiecewiseLinear> {
     let nodes = || (0..=INTERVALS).map(|i| i as f64 / INTERVALS as f64);
     let reach = filter.radius().ceil() as i64 + 1;

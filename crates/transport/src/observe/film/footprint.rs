@@ -1,4 +1,4 @@
-//! Pixels in which light at a point of the film counts (docs/theory.md#film).
+//! Pixels to which light at a point of the film contributes (docs/theory.md#film).
 
 use super::Filter;
 use smallvec::SmallVec;
@@ -19,7 +19,7 @@ struct Taps {
     weights: SmallVec<[f64; 8]>,
 }
 
-/// Points beyond this distance from the film, in pixels, are far outside it.
+/// Distance from the film, in pixels, beyond which a point counts in no pixel.
 const FAR: f64 = 1e9;
 
 impl Taps {
@@ -65,8 +65,8 @@ impl Footprint {
         }
     }
 
-    /// Calls `count` with each pixel of a `width × height` film whose weight is not zero, and its weight, if the point is moved by
-    /// whole pixels.
+    /// Moves the point by whole pixels, and calls `count` with each pixel of a `width × height` film
+    /// whose weight is not zero, and with its weight.
     pub(crate) fn each(
         &self,
         [width, height]: [usize; 2],
@@ -86,8 +86,7 @@ impl Footprint {
         columns.and(self.rows.within(height, down).next()).is_some()
     }
 
-    /// Weights of the columns of a point's neighbourhood and of its rows, by their distance from the point's pixel: the first is
-    /// the distance of the first weight.
+    /// Weights along both axes, each with the pixel of the first weight.
     pub(crate) fn axes(&self) -> [(i64, &[f64]); 2] {
         [&self.columns, &self.rows].map(|taps| (taps.first, taps.weights.as_slice()))
     }
