@@ -111,7 +111,7 @@ fn values_of_cells(
         let run = first..cells.min(first + CELLS_PER_TASK);
         let values = run.clone().map(|cell| {
             let mut values = Vec::new();
-            if source.cells.counts(&footprint, cell) {
+            if source.cells.counts(&footprint, cell) && !source.is_stopped() {
                 let SampledRay { ray, weight, .. } = source.ray(cell, sample);
                 ws.stats.paths += 1;
                 tracer.sample(source.scene.at(sample), ray, &mut ws, &mut values);

@@ -408,7 +408,8 @@ fn part(
     let may_skip = !light.integrator.splats();
     let taken = source.cells.pixels_among(task.cells.clone());
     for cell in task.cells {
-        if may_skip && !source.cells.counts(&footprint, cell) {
+        let counts = !may_skip || source.cells.counts(&footprint, cell);
+        if !counts || source.is_stopped() {
             part.own.push(Spectrum::ZERO);
             continue;
         }
