@@ -118,14 +118,14 @@ def test_a_histogram_of_all_pixels_adds_up_to_the_image(picture, ax):
 
 
 def polarised():
-    """A wall of light behind a polariser, 5 to 10 away."""
+    """A wall of light behind a polariser, 5 to 10 away, as far as the filter of the film reaches."""
     film = {"type": "hdrfilm", "width": 2, "height": 2, "decomposition": "length", "min_bound": 0, "max_bound": 10, "bin_width": 5}
-    wall = [{"scale": 2}, {"rotate": {"axis": [0, 1, 0], "angle": 180}}, {"translate": [0, 0, 6]}]
+    wall = [{"scale": 3}, {"rotate": {"axis": [0, 1, 0], "angle": 180}}, {"translate": [0, 0, 6]}]
     return {
         "type": "scene",
         "integrator": {"type": "stokes", "light": {"type": "path"}},
         "sensor": {"type": "orthographic", "film": film},
-        "filter": {"type": "rectangle", "to_world": [{"scale": 2}, {"translate": [0, 0, 3]}], "bsdf": {"type": "polarizer"}},
+        "filter": {"type": "rectangle", "to_world": [{"scale": 3}, {"translate": [0, 0, 3]}], "bsdf": {"type": "polarizer"}},
         "wall": {"type": "rectangle", "to_world": wall, "emitter": {"type": "area", "radiance": 1}},
     }
 
