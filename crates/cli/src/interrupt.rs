@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 const STATUS: u8 = 128;
 
 /// Turns SIGXFSZ into an error: a write beyond the limit on file sizes then fails with a message.
-/// By default the signal ends the program without a message. (Rust's runtime ignores SIGPIPE, so a
+/// The signal would end the program without a message. (Rust's runtime ignores SIGPIPE, so a
 /// closed pipe is an error already.)
 pub fn survive_size_limits() -> Result<(), CommandError> {
     let failed = |e| CommandError::Runtime(format!("cannot listen for signals: {e}"));

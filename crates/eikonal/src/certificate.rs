@@ -53,7 +53,7 @@ impl Uniqueness {
 
     /// True if at most one ray that stays inside connects `x` and `y`.
     ///
-    /// By [`Uniqueness::longest_ray`], no ray of the medium is longer than π/κ. Schur's comparison
+    /// No ray of the medium is longer than π/κ ([`Uniqueness::longest_ray`]). Schur's comparison
     /// therefore bounds the rays of this pair by the distance between `x` and `y`. Geodesics of at
     /// most this length reach only points near `x` or `y`, so the curvature is bounded only there.
     pub fn pair(&self, field: &Field, x: DVec3, y: DVec3) -> bool {

@@ -53,7 +53,7 @@ pub fn write(
 ///
 /// # Errors
 ///
-/// As for [`write()`].
+/// Fails like [`write()`].
 pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     write(path, |file| file.write_all(bytes))
 }
@@ -86,7 +86,7 @@ fn end_of_links(path: &Path) -> PathBuf {
 ///
 /// # Errors
 ///
-/// As for [`write()`].
+/// Fails like [`write()`].
 pub fn probe(path: &Path) -> Result<(), FileError> {
     let target = target(path)?;
     let created = Temporary::create(&target).map(drop);

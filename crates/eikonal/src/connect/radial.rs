@@ -8,7 +8,7 @@
 //!
 //! Ψ = ∫ b w/q² dT, L = ∫ w dT.
 //!
-//! Where w = 1, the integrals are the closed forms of straight lines. At the centre, w − 1 vanishes
+//! The integrals are the closed forms of straight lines where w = 1. At the centre, w − 1 vanishes
 //! as q². At the surface, it is at most as large as 1/y, y = √(1 − q²/Q²), even if q has its
 //! maximum there, as in Luneburg's lens. With h = y (w − 1)/q², and s = T/T_max = 1 − (1 − s₀)u²,
 //! the remainder from s₀ ≥ 0 to the surface is

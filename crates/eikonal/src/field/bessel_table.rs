@@ -1,6 +1,6 @@
 //! Tables of Bessel functions of one order and their derivatives (docs/theory.md#sound).
 //!
-//! By the multiplication theorem (DLMF 10.23.1), (ρ_c/ρ)^m J_m(ρ) = Σ_j (−η)^j/j! J_{m+j}(ρ_c) with
+//! The multiplication theorem (DLMF 10.23.1) gives (ρ_c/ρ)^m J_m(ρ) = Σ_j (−η)^j/j! J_{m+j}(ρ_c) with
 //! η = (ρ² − ρ_c²)/(2ρ_c). The table holds the first terms about centres ρ_c that lie so close
 //! together that the next terms are below rounding.
 

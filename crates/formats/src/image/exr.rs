@@ -72,7 +72,7 @@ pub fn write(path: &Path, image: &ImageLayers) -> Result<(), FileError> {
 ///
 /// # Errors
 ///
-/// As for [`write()`].
+/// Fails like [`write()`].
 pub fn write_values(
     path: &Path,
     frame: &ExrHeader,
@@ -92,7 +92,7 @@ pub fn write_values(
 ///
 /// # Errors
 ///
-/// As for [`write()`], except errors of the file system.
+/// Fails like [`write()`], except for errors of the file system.
 pub fn encode(image: &ImageLayers) -> Result<Vec<u8>, Problem> {
     image.check()?;
     let frame = frame(image);

@@ -68,7 +68,7 @@ impl ImageLayers {
     ///
     /// # Errors
     ///
-    /// As for [`write`](ImageLayers::write).
+    /// Fails like [`write`](ImageLayers::write).
     pub fn write_exposed(&self, path: &Path, exposure: Exposure) -> Result<(), FileError> {
         let extension = path.extension().and_then(|e| e.to_str());
         match extension.map(str::to_ascii_lowercase).as_deref() {

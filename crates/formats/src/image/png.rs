@@ -37,7 +37,7 @@ pub fn write(path: &Path, image: &RgbImage, depth: Depth, tone: Tone) -> Result<
 ///
 /// # Errors
 ///
-/// As for [`write()`].
+/// Fails like [`write()`].
 pub fn write_pixels(
     path: &Path,
     size: [usize; 2],
@@ -52,7 +52,7 @@ pub fn write_pixels(
 ///
 /// # Errors
 ///
-/// As for [`write()`], except errors of the file system.
+/// Fails like [`write()`], except for errors of the file system.
 pub fn encode(image: &RgbImage, depth: Depth, tone: Tone) -> Result<Vec<u8>, Problem> {
     encode_described(image, depth, tone, &[])
 }

@@ -2,7 +2,7 @@
 //!
 //! The real and imaginary parts of a coefficient are adjacent, so that a vector holds a row of four
 //! coefficients. Sums are in single precision: these values do not guide rays, but are integrated.
-//! As in `evaluate.rs`, results are bit-identical on all processors that fuse products and sums.
+//! Results are bit-identical on all processors that fuse products and sums, like in `evaluate.rs`.
 
 use super::lattice::{Lattice, Layout};
 use super::{Bspline, weights};
