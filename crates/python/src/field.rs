@@ -142,18 +142,19 @@ impl Field {
     /// Parameters
     /// ----------
     /// points : array_like, (..., 3)
-    /// Positions, in scene units; any strides and any real type of numbers.
+    ///     Positions, in scene units; any strides and any real type of numbers.
     ///
     /// Returns
     /// -------
     /// ndarray, (...)
-    /// Values of n. NaN where a formula has no real index, and where points are not finite. Outside
-    /// its samples, a sampled field approaches a constant (docs/scene-format.md#volume-files).
+    ///     Values of n. NaN where a formula has no real index, and where points are not finite.
+    ///     Outside its samples, a sampled field approaches a constant
+    ///     (docs/scene-format.md#volume-files).
     ///
     /// Raises
     /// ------
     /// ValueError
-    /// An array of another shape, or a masked array with hidden elements.
+    ///     An array of another shape, or a masked array with hidden elements.
     ///
     /// Examples
     /// --------
@@ -225,12 +226,12 @@ impl Field {
     /// Parameters
     /// ----------
     /// lower, upper : sequence of float, (3,)
-    /// Lower and upper corner of the box, in scene units.
+    ///     Lower and upper corner of the box, in scene units.
     ///
     /// Returns
     /// -------
     /// (float, float)
-    /// Lower and upper bound of n. The bounds need not be attained.
+    ///     Lower and upper bound of n. The bounds need not be attained.
     ///
     /// Raises
     /// ------
