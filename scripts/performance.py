@@ -163,7 +163,7 @@ def sampling():
     """Measures the gain of even samples over independent ones."""
     print("| scene | variance | most pixels | time |\n|---|---|---|---|")
     for scene, options in SAMPLED.items():
-        kinds = (("--sampler", "independent"), ("--sampler", "ldsampler"))
+        kinds = (("--sampler", "independent"), ("--sampler", "ldsampler:8"))
         images, seconds = beside(scene, options, kinds, ("--spp", 16), 7)
         uneven, even = (several.var(axis=0, ddof=1) for several in images)
         most = even + uneven <= np.quantile(even + uneven, 0.99)

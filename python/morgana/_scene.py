@@ -46,7 +46,7 @@ def load_file(
         values.
     sampler : str, optional
         Sampler instead of the scene's: ``independent``, ``ldsampler``, or ``ldsampler:64`` with
-        larger replicates.
+        replicates of 64 samples (a power of two up to 1024).
     adaptive : bool, optional
         Give noisy pixels more samples, even if the scene's sampler does not request it.
     undisturbed : bool, optional

@@ -1,6 +1,5 @@
 //! A run: the computation for a scene, and the conditions that it must fulfil.
 
-use crate::assemble::unless_named_by_guess;
 use crate::clock::Clock;
 use crate::input;
 use crate::part::{Header, INTEGRATOR, REASON};
@@ -29,8 +28,9 @@ pub struct Run<'a> {
     pub candidates: Vec<Integrator>,
     /// Reason why the renderer was chosen, if a choice was made.
     pub reason: Option<String>,
-    /// Grouping of a pixel's samples into replicates, if the renderer supports it.
-    pub replicates: Replicates,
+    /// Grouping of a pixel's samples into replicates, if the renderer supports it; `None` if it
+    /// follows from the sampler and the total.
+    pub replicates: Option<Replicates>,
     /// Seed of the random numbers.
     pub seed: u64,
     /// Samples per pixel, or particles, of the whole; `None` if something else ends the run.
@@ -89,7 +89,7 @@ impl<'a> Run<'a> {
             renderer: loaded.renderer,
             candidates: loaded.candidates.clone(),
             reason: None,
-            replicates: loaded.replicates,
+            replicates: None,
             seed: 0,
             total: Some(loaded.samples),
             shard: None,
@@ -122,13 +122,24 @@ impl<'a> Run<'a> {
         let choice = choose(&self.loaded.groups, &candidates, &options, extent, handle);
         self.renderer = Renderer::Light(choice.integrator);
         self.reason = Some(self.why(&choice));
-        if let (true, None, Some(seconds)) =
-            (self.loaded.has_open_sampler, self.total, extent.seconds)
-        {
+        if let (true, None, Some(seconds)) = (
+            self.loaded.sampler.is_automatic(),
+            self.total,
+            extent.seconds,
+        ) {
             let guess = choice.expected_samples(&self.loaded.groups, seconds);
-            let scene = self.loaded.scene();
-            self.replicates = unless_named_by_guess(scene, &self.renderer, guess.unwrap_or(0.0));
+            let samples = guess.map_or(0, |guess| guess as u64);
+            self.replicates = Some(self.loaded.replicates(samples));
         }
+    }
+
+    /// Returns the grouping of a pixel's samples into replicates.
+    fn replicates(&self) -> Replicates {
+        let samples = self.total.unwrap_or(self.loaded.samples);
+        let wanted = self
+            .replicates
+            .unwrap_or_else(|| self.loaded.replicates(samples));
+        self.renderer.replicates(wanted)
     }
 
     /// Returns the reason for the choice, in words.
@@ -153,16 +164,18 @@ impl<'a> Run<'a> {
         format!("a pilot finds it {}", gains.join(" and "))
     }
 
-    /// Adopts the choice made for the run that a part belongs to, if the scene leaves the choice
-    /// open.
+    /// Adopts the choices made for the run that a part belongs to, of the estimator and of the size
+    /// of replicates, as far as the scene leaves them open.
     pub fn choose_as(&mut self, header: &Header) {
+        if self.loaded.sampler.is_automatic() {
+            self.replicates = Some(header.replicates);
+        }
         let candidates = std::mem::take(&mut self.candidates);
         let chosen = header.setting(INTEGRATOR);
         let chosen = candidates.iter().find(|i| Some(i.name()) == chosen);
         if let Some(integrator) = chosen {
             self.renderer = Renderer::Light(*integrator);
             self.reason = header.setting(REASON).map(String::from);
-            self.replicates = header.replicates;
         }
     }
 
@@ -171,11 +184,11 @@ impl<'a> Run<'a> {
         let target = self
             .target
             .map(|target| format!("{} ({})", target.error, target.measure.name()));
-        let replicates = self.renderer.replicates(self.replicates);
+        let replicates = self.replicates();
         let settings = [
             ("seed", Some(self.seed.to_string())),
             (INTEGRATOR, Some(self.renderer.name().into())),
-            ("sampler", Some(replicates.name().into())),
+            ("sampler", Some(replicates.name())),
             ("adaptive", Some(self.loaded.adaptive.to_string())),
             ("strategies", self.strategies.then(|| "told apart".into())),
             ("target error", target),
@@ -207,7 +220,7 @@ impl<'a> Run<'a> {
         let range = self.header().range();
         RenderOptions {
             first: range.start,
-            replicates: self.replicates,
+            replicates: self.replicates(),
             loosens_tolerance: self.loaded.has_open_tolerance,
             strategies: self.strategies,
             decomposition: self.loaded.layering.decomposition,

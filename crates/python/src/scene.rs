@@ -201,7 +201,7 @@ impl Scene {
     /// Returns the number of samples closest to `samples` that is equal for all instants of a
     /// period of sound.
     fn _whole_periods(&self, samples: u64) -> u64 {
-        let replicates = self.loaded.replicates;
+        let replicates = self.loaded.replicates(samples);
         self.loaded.scene().whole_periods(samples, replicates)
     }
 
@@ -332,15 +332,7 @@ impl Scene {
 impl Scene {
     /// True if both scenes have equal descriptions and data, and render in the same way.
     pub fn is_same(&self, other: &Scene) -> bool {
-        let method = |l: &Loaded| {
-            (
-                l.renderer,
-                l.integrator(),
-                l.samples,
-                l.adaptive,
-                l.replicates,
-            )
-        };
+        let method = |l: &Loaded| (l.renderer, l.integrator(), l.samples, l.adaptive, l.sampler);
         self.loaded.hash == other.loaded.hash && method(&self.loaded) == method(&other.loaded)
     }
 

@@ -93,7 +93,7 @@ impl Renderer {
     /// [`Integrator::replicates`].
     pub fn replicates(&self, wanted: Replicates) -> Replicates {
         self.integrator()
-            .map_or(Replicates::Single, |i| i.replicates(wanted))
+            .map_or(Replicates::SINGLE, |i| i.replicates(wanted))
     }
 
     /// True if the error approaches zero with the number of samples.

@@ -39,8 +39,8 @@ pub struct RenderArgs {
     /// Samples per pixel, instead of the scene's.
     #[arg(long, value_name = "N", value_parser = samples)]
     pub spp: Option<u64>,
-    /// Sampler, instead of the scene's: independent, ldsampler (spread evenly in replicates of
-    /// eight), or ldsampler:64 (in replicates of sixty-four).
+    /// Sampler, instead of the scene's: independent, ldsampler (evenly distributed in at least four
+    /// replicates), or ldsampler:64 (in replicates of 64 samples, a power of two up to 1024).
     #[arg(long, value_name = "NAME")]
     pub sampler: Option<String>,
     /// Give noisy pixels more samples, with the integrator path, like the sampler's parameter

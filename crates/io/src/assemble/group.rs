@@ -7,6 +7,7 @@ use super::film::Layering;
 use super::instrument::Instrument;
 use super::integrator::{self, Method};
 use super::options::LoadOptions;
+use super::sampler::SamplerRequest;
 use super::sensor::{self, SensorParts};
 use super::sound_record::SoundRecord;
 use super::undisturbed;
@@ -39,7 +40,7 @@ pub(super) struct Group {
     pub candidates: Vec<Integrator>,
     pub samples: u64,
     pub replicates: Replicates,
-    pub has_open_sampler: bool,
+    pub sampler: SamplerRequest,
     pub emitter_names: Vec<String>,
     pub layering: Layering,
     pub reweight: bool,
@@ -418,13 +419,17 @@ impl<'a> Children<'a> {
             method.renderer = Renderer::Light(*first);
         }
         // Settle the replicates of samples and adaptive sampling.
-        let wanted = sensor.samples.replicates;
         let replicates = sampler::replicates(
             &scene,
             &sensor.samples,
             &method.renderer,
             |p: &SceneProblem| report.add(p),
         );
+        let is_supported = sensor
+            .samples
+            .request
+            .replicates(&scene, sensor.samples.count)
+            == replicates;
         let incompatibility = if instruments.is_empty() {
             sampler::incompatibility(&method.renderer, sensor.film.reweight)
         } else {
@@ -446,7 +451,7 @@ impl<'a> Children<'a> {
             return None;
         }
         // Warn about a replaced sampler, unless a warning about dropped replicates was given.
-        if let (true, Some(unlike)) = (replicates == wanted, sensor.samples.unlike) {
+        if let (true, Some(unlike)) = (is_supported, sensor.samples.unlike) {
             report.diagnostics.push(unlike);
         }
         Some(Group {
@@ -455,7 +460,7 @@ impl<'a> Children<'a> {
             candidates,
             samples: sensor.samples.count,
             replicates,
-            has_open_sampler: sensor.samples.is_open,
+            sampler: sensor.samples.request,
             emitter_names,
             layering,
             reweight: sensor.film.reweight,

@@ -6,6 +6,7 @@ use super::instrument::Instrument;
 use super::integrator::{self, AUTO, Kind};
 use super::lint;
 use super::quantities::NamedQuantity;
+use super::sampler::SamplerRequest;
 use super::sound_record::SoundRecord;
 use crate::diagnostic::Difference;
 use crate::diagnostic::{Diagnostic, Diagnostics, lints};
@@ -45,11 +46,8 @@ pub struct Loaded {
     pub candidates: Vec<Integrator>,
     /// Samples per pixel, or number of particles if there are instruments.
     pub samples: u64,
-    /// Grouping of the samples of a pixel into replicates: see
-    /// [`transport::render::RenderOptions::replicates`].
-    pub replicates: Replicates,
-    /// True if neither the scene nor the caller names a sampler.
-    pub has_open_sampler: bool,
+    /// Sampler that the scene or the caller names.
+    pub sampler: SamplerRequest,
     /// Meters, if the scene has meters instead of a camera.
     pub instruments: Vec<Instrument>,
     /// Components of the volumes of sound.
@@ -105,6 +103,12 @@ impl Loaded {
         };
         let reference = tracer.and_then(|tracer| tracer.reference);
         reference.map(|index| index.of(self.scene()))
+    }
+
+    /// Returns the grouping of a pixel's samples into replicates, if `samples` are taken per pixel
+    /// and the renderer [supports it](Renderer::replicates).
+    pub fn replicates(&self, samples: u64) -> Replicates {
+        self.sampler.replicates(self.scene(), samples)
     }
 
     /// Returns the name of the integrator in scene files; `auto` if a pilot chooses one.

@@ -62,7 +62,10 @@ pub(super) fn build(
                    context: &mut Context| {
         let (instrument, samples) = instrument(object, place, context);
         let sound = (samples.bending, samples.instants);
-        if instrument.is_some() && !samples.is_open && *said.get_or_insert(sound) != sound {
+        if instrument.is_some()
+            && samples.request != sampler::SamplerRequest::Open
+            && *said.get_or_insert(sound) != sound
+        {
             let message = "meters follow the same particles: their samplers must agree on 'bending' and 'phases'";
             context.error_at(&object.location, message);
         }

@@ -53,7 +53,7 @@ pub use lint::{Walls, steps_across};
 pub use loaded::{Loaded, NamedRenderer};
 pub use options::LoadOptions;
 pub use quantities::NamedQuantity;
-pub(crate) use sampler::unless_named_by_guess;
+pub use sampler::SamplerRequest;
 pub use sound_record::{FactSource, SeriesRecord, SoundRecord};
 
 use crate::diagnostic::{Diagnostic, Diagnostics};
@@ -152,7 +152,7 @@ pub fn assemble(
     let samples = first.whole_periods(&mut diagnostics);
     let (layering, reweight) = (first.layering, first.reweight);
     let adaptive = first.adaptive;
-    let (replicates, has_open_sampler) = (first.replicates, first.has_open_sampler);
+    let sampler = first.sampler;
     let candidates = std::mem::take(&mut first.candidates);
     let instruments = std::mem::take(&mut first.instruments);
     let sounds = std::mem::take(&mut first.sounds);
@@ -175,8 +175,7 @@ pub fn assemble(
         renderer,
         candidates,
         samples,
-        replicates,
-        has_open_sampler,
+        sampler,
         warnings: diagnostics,
         differences,
         files: files.paths().map(Path::to_owned).collect(),

@@ -21,9 +21,64 @@ const EVEN: [&str; 6] = [
     "sobol",
 ];
 
-/// Minimum number of samples for which a render without a named sampler uses evenly spread ones.
-/// There are then at least 16 replicates of 8 samples, from whose means the error is estimated.
-const EVEN_FROM: u64 = 128;
+/// Minimum number of replicates if no sampler is named. The error is estimated from their means;
+/// with fewer than ten it is flagged as unreliable.
+const MANY_REPLICATES: u64 = 16;
+/// Minimum number of replicates if a sampler without a replicate size is named.
+const SOME_REPLICATES: u64 = 4;
+/// Maximum relative increase of the number of samples by rounding it up to whole replicates, if a
+/// sampler is named. Otherwise the number stays.
+const MAX_INCREASE: f64 = 0.25;
+
+/// Sampler that a scene or a caller names. The greatest one is used if there are several.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum SamplerRequest {
+    /// No sampler is named.
+    #[default]
+    Open,
+    /// Independent samples.
+    Independent,
+    /// Evenly distributed samples, in replicates whose size follows from the number of samples.
+    Even,
+    /// Evenly distributed samples, in replicates of a given size.
+    EvenIn(Replicates),
+}
+
+impl SamplerRequest {
+    /// Returns the request with the given name on command lines, if there is one.
+    fn named(name: &str) -> Option<Self> {
+        match name {
+            "independent" => Some(SamplerRequest::Independent),
+            "ldsampler" => Some(SamplerRequest::Even),
+            _ => {
+                let size = name.strip_prefix("ldsampler:")?.parse().ok()?;
+                Replicates::new(size).map(SamplerRequest::EvenIn)
+            }
+        }
+    }
+
+    /// True if the size of replicates follows from the number of samples.
+    pub(crate) fn is_automatic(self) -> bool {
+        matches!(self, SamplerRequest::Open | SamplerRequest::Even)
+    }
+
+    /// Returns the replicates for `count` samples, if the renderer supports replicates.
+    pub fn replicates(self, scene: &Scene, count: u64) -> Replicates {
+        let (least, increase) = match self {
+            SamplerRequest::Open => (MANY_REPLICATES, 0.0),
+            SamplerRequest::Independent => return Replicates::SINGLE,
+            SamplerRequest::Even => (SOME_REPLICATES, MAX_INCREASE),
+            SamplerRequest::EvenIn(replicates) => return replicates,
+        };
+        let most = scene.whole_periods(count, Replicates::SINGLE) as f64 * (1.0 + increase);
+        let fits = |replicates: &Replicates| {
+            replicates.size().saturating_mul(least) <= count
+                && scene.whole_periods(count, *replicates) as f64 <= most
+        };
+        let largest = Replicates::all().rev().find(fits);
+        largest.unwrap_or(Replicates::SINGLE)
+    }
+}
 
 /// Settings of a sampler.
 #[derive(Clone, Debug)]
@@ -34,10 +89,8 @@ pub(super) struct Samples {
     pub instants: usize,
     /// True if sound bends rays.
     pub bending: bool,
-    /// Grouping of the samples of a pixel into replicates.
-    pub replicates: Replicates,
-    /// True if no sampler is named.
-    pub is_open: bool,
+    /// Sampler that is asked for.
+    pub request: SamplerRequest,
     /// Warning that the scene's sampler is not available and another one is used.
     pub unlike: Option<Diagnostic>,
     /// True if noisy pixels get more samples.
@@ -50,8 +103,7 @@ impl Default for Samples {
             count: 0,
             instants: 1,
             bending: true,
-            replicates: Replicates::Single,
-            is_open: false,
+            request: SamplerRequest::Open,
             unlike: None,
             adaptive: false,
         }
@@ -66,14 +118,8 @@ impl Samples {
         let Some(name) = options.sampler.as_deref() else {
             return;
         };
-        match Replicates::ALL
-            .into_iter()
-            .find(|replicates| replicates.name() == name)
-        {
-            Some(replicates) => {
-                (self.replicates, self.unlike) = (replicates, None);
-                self.is_open = false;
-            }
+        match SamplerRequest::named(name) {
+            Some(request) => (self.request, self.unlike) = (request, None),
             None => {
                 let message = format!("unknown sampler '{name}'");
                 diagnostics.push(Diagnostic::error(message).help(better(name)));
@@ -86,8 +132,7 @@ impl Samples {
         self.count = self.count.max(other.count);
         self.instants = self.instants.max(other.instants);
         self.bending &= other.bending;
-        self.replicates = self.replicates.max(other.replicates);
-        self.is_open &= other.is_open;
+        self.request = self.request.max(other.request);
         self.unlike = self.unlike.take().or(other.unlike);
         self.adaptive |= other.adaptive;
     }
@@ -102,34 +147,37 @@ pub(super) fn build(
     let Some(object) = object else {
         return Samples {
             count: default as u64,
-            is_open: true,
             ..Samples::default()
         };
     };
-    // Choose the replicates, with a warning if the named sampler is not available.
+    // Choose the sampler, with a warning if the named one is not available.
     let name = object.plugin.as_str();
-    let known = [Replicates::Single, Replicates::OfEight];
-    let named = known
-        .into_iter()
-        .find(|replicates| replicates.name() == name);
-    let replicates = named.unwrap_or(known[usize::from(EVEN.contains(&name))]);
+    let named = SamplerRequest::named(name);
+    let (used, replacement) = match EVEN.contains(&name) {
+        true => ("ldsampler", SamplerRequest::Even),
+        false => ("independent", SamplerRequest::Independent),
+    };
     let unlike = named.is_none().then(|| {
-        let used = replicates.name();
         let message = format!("sampler '{name}' is not available; '{used}' is used instead");
         lints::warning(lints::REPLACED_SAMPLER, message).at(&object.plugin_location)
     });
     let mut q = Query::new(object, context.diagnostics);
-    let replicates = match replicates {
-        Replicates::Single => replicates,
-        _ => match q.integer("set") {
-            64 => Replicates::OfSixtyFour,
-            8 => replicates,
-            other => {
-                q.error("set", format!("{other} is neither 8 nor 64"));
-                replicates
+    let mut request = named.unwrap_or(replacement);
+    if let (SamplerRequest::Even, Some(size)) = (
+        request,
+        q.has("replicate_size").then(|| q.integer("replicate_size")),
+    ) {
+        match Replicates::new(size as u64) {
+            Some(replicates) => request = SamplerRequest::EvenIn(replicates),
+            None => {
+                let most = Replicates::LARGEST;
+                q.error(
+                    "replicate_size",
+                    format!("{size} is not a power of two up to {most}"),
+                );
             }
-        },
-    };
+        }
+    }
     // Read the number of samples and the instants of a period of sound.
     let count = q.integer_or("sample_count", default);
     let instants = q.integer("phases");
@@ -149,8 +197,7 @@ pub(super) fn build(
         count: count as u64,
         instants: instants as usize,
         bending,
-        replicates,
-        is_open: false,
+        request,
         unlike,
         adaptive,
     }
@@ -158,11 +205,13 @@ pub(super) fn build(
 
 /// Returns help for an unknown sampler name from the caller.
 fn better(name: &str) -> String {
-    let names = Replicates::ALL.map(Replicates::name);
-    match suggest(name, names) {
+    match suggest(name, ["independent", "ldsampler"]) {
         Some(help) if !name.contains(':') => help,
         _ if EVEN.contains(&name) => "use 'ldsampler', which also spreads samples evenly".into(),
-        _ => format!("known samplers: {}", names.join(", ")),
+        _ => format!(
+            "known samplers: independent, ldsampler, and ldsampler:N with replicates of N samples, a power of two up to {}",
+            Replicates::LARGEST
+        ),
     }
 }
 
@@ -173,12 +222,12 @@ pub(super) fn replicates(
     renderer: &Renderer,
     mut report: impl FnMut(&SceneProblem),
 ) -> Replicates {
-    let replicates = samples.replicates;
-    if samples.is_open {
-        return unless_named(scene, renderer, samples.count);
-    }
+    let replicates = samples.request.replicates(scene, samples.count);
     if renderer.replicates(replicates) == replicates {
         return replicates;
+    }
+    if samples.request == SamplerRequest::Open {
+        return Replicates::SINGLE;
     }
     let name = renderer.name();
     report(&SceneProblem::warning(
@@ -189,22 +238,7 @@ pub(super) fn replicates(
         ),
         "make the sampler 'independent', or the integrator 'path' or 'bdpt'",
     ));
-    Replicates::Single
-}
-
-/// Returns the replicates for `count` samples when no sampler is named: evenly spread if there are
-/// enough samples.
-pub(crate) fn unless_named(scene: &Scene, renderer: &Renderer, count: u64) -> Replicates {
-    let even = Replicates::OfEight;
-    let is_even = count >= EVEN_FROM
-        && scene.whole_periods(count, even) == count
-        && renderer.replicates(even) == even;
-    if is_even { even } else { Replicates::Single }
-}
-
-/// Returns the replicates when no sampler is named and the number of samples is only a guess.
-pub(crate) fn unless_named_by_guess(scene: &Scene, renderer: &Renderer, guess: f64) -> Replicates {
-    unless_named(scene, renderer, guess as u64 / EVEN_FROM * EVEN_FROM)
+    Replicates::SINGLE
 }
 
 /// Returns the reason why samples of pictures cannot be distributed among pixels by noise, if any.

@@ -133,7 +133,12 @@ const JITTER: &[Parameter] = &[
     integer("strength", "accepted and ignored").or(2.0),
 ];
 
-const REPLICATES: &[Parameter] = &[integer("set", "points of a replicate, 8 or 64").or(8.0)];
+const REPLICATES: &[Parameter] =
+    &[
+        integer("replicate_size", "samples in a replicate, a power of two")
+            .within(1.0, 1024.0)
+            .or_computed("at most a quarter of the samples"),
+    ];
 
 const SAMPLES: &[Parameter] = &[
     integer("sample_count", "samples per pixel, or particles in all")

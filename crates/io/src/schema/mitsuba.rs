@@ -42,7 +42,7 @@ const PARAMETERS: &[(PluginKind, &[&str])] = &[
     ),
     (
         PluginKind::Sampler,
-        &["adaptive", "bending", "phases", "set"],
+        &["adaptive", "bending", "phases", "replicate_size"],
     ),
     (
         PluginKind::Sensor,

@@ -44,7 +44,7 @@ fn header() -> Header {
         scene_hash: "abcdef".into(),
         settings: vec![("seed".into(), "0".into())],
         total: Some(8),
-        replicates: Replicates::Single,
+        replicates: Replicates::SINGLE,
         shard: None,
         origin: "scene.xml".into(),
         seconds: 0.5,
@@ -197,13 +197,13 @@ fn parts_of_other_renders_are_refused() {
 #[test]
 fn shards_are_the_whole() {
     for (total, replicates) in [
-        (1, Replicates::Single),
-        (7, Replicates::Single),
-        (64, Replicates::Single),
-        (1_000_003, Replicates::Single),
-        (u64::MAX, Replicates::Single),
-        (64, Replicates::OfEight),
-        (1_000_000, Replicates::OfEight),
+        (1, Replicates::SINGLE),
+        (7, Replicates::SINGLE),
+        (64, Replicates::SINGLE),
+        (1_000_003, Replicates::SINGLE),
+        (u64::MAX, Replicates::SINGLE),
+        (64, Replicates::new(8).unwrap()),
+        (1_000_000, Replicates::new(8).unwrap()),
     ] {
         for count in [1, 2, 7, 100] {
             let ranges = (0..count).map(|i| {

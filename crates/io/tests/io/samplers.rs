@@ -1,7 +1,6 @@
 //! Samplers in scene files: replicates and numbers of samples.
 
 use morgana_io::{Diagnostics, LoadOptions, Loaded};
-use transport::sampling::Replicates;
 
 fn load(integrator: &str, sampler: &str, samples: Option<u64>) -> Loaded {
     load_with(integrator, sampler, ("", ""), samples)
@@ -35,17 +34,20 @@ fn load_by(
     morgana_io::load_scene(&path, options)
 }
 
+/// Returns the size of the replicates of a scene.
+fn size(loaded: &Loaded) -> u64 {
+    loaded.replicates(loaded.samples).size()
+}
+
 #[test]
 fn low_discrepancy_comes_in_whole_replicates() {
-    let both_ends = load("bdpt", "ldsampler", None);
-    assert_eq!(both_ends.replicates, Replicates::OfEight);
-    let loaded = load("path", "ldsampler", None);
-    assert_eq!(loaded.replicates, Replicates::OfEight);
-    assert_eq!(loaded.samples, 32);
+    assert_eq!(size(&load("bdpt", "ldsampler", None)), 4);
+    let loaded = load("path", "ldsampler", Some(61));
+    assert_eq!((size(&loaded), loaded.samples), (16, 64));
     let message = loaded.warnings.to_string();
     assert!(
         message.contains(
-            "32 samples are taken instead of 30: a multiple of the sampler's 8 samples in a replicate"
+            "64 samples are taken instead of 61: a multiple of the sampler's 16 samples in a replicate"
         ),
         "{message}"
     );
@@ -53,36 +55,90 @@ fn low_discrepancy_comes_in_whole_replicates() {
     assert_eq!((whole.samples, whole.warnings.is_empty()), (64, true));
 }
 
+/// The sizes leave at least four replicates, or sixteen if no sampler is named, and add at most a
+/// quarter to the samples, or nothing if no sampler is named. Rounded numbers of samples stay.
 #[test]
-fn replicates_may_be_larger() {
-    let set = |n: u32| format!(r#"<integer name="set" value="{n}"/>"#);
-    let load = |n| load_with("path", "ldsampler", (&set(n), ""), None);
-    assert_eq!(load(8).replicates, Replicates::OfEight);
+fn replicates_grow_with_the_number_of_samples() {
+    let named = load("path", "ldsampler", None);
+    for (samples, expected) in [
+        (1, 1),
+        (7, 1),
+        (8, 2),
+        (64, 16),
+        (100, 16),
+        (1024, 256),
+        (1 << 20, 1024),
+    ] {
+        assert_eq!(named.replicates(samples).size(), expected, "{samples}");
+    }
+    for samples in 1..2000 {
+        let [once, twice] = [samples, named.replicates(samples).whole(samples)]
+            .map(|samples| named.replicates(samples).whole(samples));
+        assert!(once == twice && 4 * once <= 5 * samples, "{samples}");
+    }
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("scene.json");
+    let text =
+        r#"{"type": "scene", "sensor": {"type": "perspective"}, "sky": {"type": "constant"}}"#;
+    std::fs::write(&path, text).unwrap();
+    let open = morgana_io::load_scene(&path, &LoadOptions::default()).unwrap();
+    for (samples, expected) in [
+        (31, 1),
+        (64, 4),
+        (100, 4),
+        (127, 1),
+        (128, 8),
+        (1000, 8),
+        (4096, 256),
+    ] {
+        assert_eq!(open.replicates(samples).size(), expected, "{samples}");
+    }
+}
+
+#[test]
+fn scenes_and_callers_may_fix_the_size_of_replicates() {
+    let fixed = |n: u32| format!(r#"<integer name="replicate_size" value="{n}"/>"#);
+    let load = |n| load_with("path", "ldsampler", (&fixed(n), ""), None);
+    assert_eq!(size(&load(8)), 8);
     let large = load(64);
-    assert_eq!(large.replicates, Replicates::OfSixtyFour);
-    assert_eq!(large.samples, 64);
+    assert_eq!((size(&large), large.samples), (64, 64));
     let options = LoadOptions {
-        sampler: Some("ldsampler:64".into()),
+        sampler: Some("ldsampler:128".into()),
         ..LoadOptions::default()
     };
     let loaded = load_by("path", "independent", ("", ""), &options).unwrap();
-    assert_eq!(loaded.replicates, Replicates::OfSixtyFour);
+    assert_eq!(size(&loaded), 128);
     for (sampler, points, said) in [
-        ("ldsampler", 16, "16 is neither 8 nor 64"),
-        ("ldsampler", 128, "128 is neither 8 nor 64"),
-        ("independent", 64, "'set'"),
+        ("ldsampler", 12, "12 is not a power of two up to 1024"),
+        ("ldsampler", 2048, "2048"),
+        ("independent", 64, "'replicate_size'"),
     ] {
-        let set = format!(r#"<integer name="set" value="{points}"/>"#);
-        let refused = load_by("path", sampler, (&set, ""), &LoadOptions::default());
+        let refused = load_by(
+            "path",
+            sampler,
+            (&fixed(points), ""),
+            &LoadOptions::default(),
+        );
         let message = refused.unwrap_err().to_string();
         assert!(message.contains(said), "{message}");
+    }
+    for name in ["ldsampler:12", "ldsampler:2048", "ldsampler:"] {
+        let options = LoadOptions {
+            sampler: Some(name.into()),
+            ..LoadOptions::default()
+        };
+        let message = load_by("path", "independent", ("", ""), &options).unwrap_err();
+        assert!(
+            message.to_string().contains("a power of two up to 1024"),
+            "{message}"
+        );
     }
 }
 
 #[test]
 fn other_even_samplers_are_replaced_by_ours() {
     let loaded = load("path", "multijitter", Some(64));
-    assert_eq!(loaded.replicates, Replicates::OfEight);
+    assert_eq!(size(&loaded), 16);
     let message = loaded.warnings.to_string();
     assert!(
         message.contains("'multijitter' is not available; 'ldsampler' is used instead"),
@@ -93,7 +149,7 @@ fn other_even_samplers_are_replaced_by_ours() {
 #[test]
 fn others_take_independent_samples_and_say_so() {
     let independent = load("path", "independent", None);
-    assert_eq!(independent.replicates, Replicates::Single);
+    assert_eq!(size(&independent), 1);
     assert!(independent.warnings.is_empty());
     for (integrator, sampler, said) in [
         ("path", "strange", "'independent' is used instead"),
@@ -109,10 +165,8 @@ fn others_take_independent_samples_and_say_so() {
         ),
     ] {
         let loaded = load(integrator, sampler, None);
-        assert_eq!(
-            (loaded.replicates, loaded.samples),
-            (Replicates::Single, 30)
-        );
+        let replicates = loaded.renderer.replicates(loaded.replicates(30));
+        assert_eq!((replicates.size(), loaded.samples), (1, 30));
         assert_eq!(loaded.warnings.iter().count(), 1, "{}", loaded.warnings);
         let message = loaded.warnings.to_string();
         assert!(message.contains(said), "{message}");
@@ -126,7 +180,7 @@ fn what_a_caller_replaces_is_not_spoken_of() {
         ..LoadOptions::default()
     };
     let loaded = load_by("path", "multijitter", ("", ""), &options).unwrap();
-    assert_eq!(loaded.replicates, Replicates::Single);
+    assert_eq!(size(&loaded), 1);
     assert!(loaded.warnings.is_empty(), "{}", loaded.warnings);
 }
 

@@ -1,5 +1,5 @@
 //! Points that fill the unit cube more evenly than independent random points: digital nets with
-//! Owen scrambling (1997).
+//! Owen scrambling (1997), in groups of four dimensions.
 //!
 //! The points of a replicate are samples of one pixel. Each point is uniform in the cube, so means
 //! over a replicate are unbiased. Together they are evenly distributed, so the mean of a replicate
@@ -12,40 +12,50 @@
 use super::sampler::mix;
 use serde::{Deserialize, Serialize};
 
-/// Grouping of the samples of a pixel into replicates.
+/// Number of samples in a replicate.
+///
+/// A replicate is a set of evenly distributed samples of one pixel; replicates are independent of
+/// one another. Larger replicates gain more, but leave fewer of them from which to estimate the
+/// error.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub enum Replicates {
-    /// Each sample is independent of all others.
-    #[default]
-    Single,
-    /// Replicates of eight evenly distributed samples. A render of 64 samples still has eight means
-    /// from which to estimate its error (docs/performance.md).
-    OfEight,
-    /// Replicates of 64 evenly distributed samples. They gain more where images are smooth, and
-    /// suit renders of many samples.
-    OfSixtyFour,
+pub struct Replicates {
+    /// Binary logarithm of the number of samples, at most [`MOST_DIGITS`].
+    digits: u8,
 }
 
 impl Replicates {
-    /// All variants.
-    pub const ALL: [Replicates; 3] = [
-        Replicates::Single,
-        Replicates::OfEight,
-        Replicates::OfSixtyFour,
-    ];
+    /// Replicates of one sample: each sample is independent of all others.
+    pub const SINGLE: Replicates = Replicates { digits: 0 };
+    /// Maximum number of samples in a replicate.
+    pub const LARGEST: u64 = 1 << MOST_DIGITS;
 
-    /// Returns the name used on command lines.
-    pub fn name(self) -> &'static str {
-        ["independent", "ldsampler", "ldsampler:64"][self as usize]
+    /// Returns replicates of `size` samples, a power of two between 1 and
+    /// [`LARGEST`](Self::LARGEST); `None` for other sizes.
+    pub const fn new(size: u64) -> Option<Self> {
+        if size.is_power_of_two() && size <= Self::LARGEST {
+            let digits = size.trailing_zeros() as u8;
+            Some(Replicates { digits })
+        } else {
+            None
+        }
     }
 
-    /// Returns the number of samples in a replicate, a power of two.
-    pub fn size(self) -> u64 {
-        match self {
-            Replicates::Single => 1,
-            Replicates::OfEight => 8,
-            Replicates::OfSixtyFour => 64,
+    /// Returns all sizes, in ascending order.
+    pub fn all() -> impl DoubleEndedIterator<Item = Self> {
+        (0..=MOST_DIGITS as u8).map(|digits| Replicates { digits })
+    }
+
+    /// Returns the name used on command lines: `independent`, or `ldsampler:` and the size.
+    pub fn name(self) -> String {
+        match self.size() {
+            1 => "independent".into(),
+            size => format!("ldsampler:{size}"),
         }
+    }
+
+    /// Returns the number of samples in a replicate.
+    pub fn size(self) -> u64 {
+        1 << self.digits
     }
 
     /// Returns the smallest multiple of the replicate size that is at least `samples`.
@@ -99,52 +109,44 @@ const DIMENSIONS: u32 = Purpose::Specular as u32 + SPECULAR_EVENTS;
 /// Number of edges with evenly distributed points. Later edges depend too little on the first ones.
 const EDGES: u32 = 4;
 /// Number of dimensions that are evenly distributed jointly. Groups take the points of a replicate
-/// in different orders. With so few points, more dimensions would depend on one another.
+/// in different orders. Small replicates would relate more dimensions to one another.
 const GROUP: u32 = 4;
+/// Maximum number of binary digits that points of a replicate share out among them.
+const MOST_DIGITS: u32 = 10;
+/// Maximum number of points in a replicate.
+const MOST_POINTS: usize = 1 << MOST_DIGITS;
 
-/// Net of N points, given by their leading binary digits.
-struct Net<const N: usize> {
-    /// Digits, by dimension of a group.
-    points: [[u8; N]; GROUP as usize],
-    /// Powers of a generator of the field of N elements, as polynomials over the field of two
-    /// elements. The last power equals the first.
-    powers: [u8; N],
-}
+/// Sobol's sequence in the dimension of the polynomial x + 1 (Sobol' 1967).
+static SOBOL_1: [u16; MOST_POINTS] = sobol([1, 3, 5, 15, 17, 51, 85, 255, 257, 771]);
+/// Sobol's sequence in the dimension of the polynomial x² + x + 1.
+static SOBOL_2: [u16; MOST_POINTS] = sobol([1, 3, 3, 9, 29, 23, 71, 197, 209, 627]);
 
-/// A (0, 3, 3)-net in base 2 (Sobol' 1967). Any division of the cube of the first three dimensions
-/// into eight boxes with sides that are powers of two has a point in each box. No net has a fourth
-/// dimension; this one misses as few divisions as possible.
-static OF_EIGHT: Net<8> = Net {
-    points: [
-        [0, 1, 2, 3, 4, 5, 6, 7],
-        [0, 4, 2, 6, 1, 5, 3, 7],
-        [0, 4, 6, 2, 5, 1, 3, 7],
-        [0, 7, 5, 2, 3, 4, 6, 1],
-    ],
-    powers: powers(0b1011),
-};
+/// Powers of a generator of the field of N elements, as polynomials over the field of two elements,
+/// in the elements N to 2 N − 1 for each power of two N.
+static POWERS: [u16; 2 * MOST_POINTS] = powers([
+    0b1,
+    0b11,
+    0b111,
+    0b1011,
+    0b1_0011,
+    0b10_0101,
+    0b100_0011,
+    0b1000_0011,
+    0b1_0001_1101,
+    0b10_0001_0001,
+    0b100_0000_1001,
+]);
 
-/// A (0, 6, 3)-net in base 2, with a fourth dimension: the indices of points and the first three
-/// dimensions of Sobol's sequence.
-static OF_SIXTY_FOUR: Net<64> = Net {
-    points: [
-        sobol([1, 2, 4, 8, 16, 32]),
-        sobol([32, 16, 8, 4, 2, 1]),
-        sobol([32, 48, 40, 60, 34, 51]),
-        sobol([32, 48, 24, 36, 58, 23]),
-    ],
-    powers: powers(0b100_0011),
-};
-
-/// Computes the digits of 64 points in one dimension. `directions` holds the contribution of each
-/// binary digit of the index.
-const fn sobol(directions: [u8; 6]) -> [u8; 64] {
-    let mut points = [0; 64];
+/// Computes the first points of Sobol's sequence from the direction numbers of a dimension (Joe and
+/// Kuo 2008), as [`MOST_DIGITS`] binary digits.
+const fn sobol(directions: [u16; MOST_DIGITS as usize]) -> [u16; MOST_POINTS] {
+    let mut points = [0; MOST_POINTS];
     let mut i = 0;
-    while i < 64 {
+    while i < MOST_POINTS {
         let mut bit = 0;
-        while bit < 6 {
-            points[i] ^= directions[bit] * (i >> bit & 1) as u8;
+        while bit < MOST_DIGITS as usize {
+            let direction = directions[bit] << (MOST_DIGITS as usize - 1 - bit);
+            points[i] ^= direction * (i >> bit & 1) as u16;
             bit += 1;
         }
         i += 1;
@@ -152,77 +154,110 @@ const fn sobol(directions: [u8; 6]) -> [u8; 64] {
     points
 }
 
-/// Computes the powers of x modulo a primitive polynomial.
-const fn powers<const N: usize>(polynomial: usize) -> [u8; N] {
-    let mut powers = [1; N];
-    let mut i = 1;
-    while i < N {
-        let twice = 2 * powers[i - 1] as usize;
-        powers[i] = if twice < N { twice } else { twice ^ polynomial } as u8;
-        i += 1;
+/// Computes the powers of x modulo primitive polynomials of all degrees up to [`MOST_DIGITS`].
+const fn powers(polynomials: [usize; MOST_DIGITS as usize + 1]) -> [u16; 2 * MOST_POINTS] {
+    let mut powers = [1; 2 * MOST_POINTS];
+    let mut degree = 1;
+    while degree < polynomials.len() {
+        let n = 1 << degree;
+        let mut i = 1;
+        while i < n {
+            let twice = 2 * powers[n + i - 1] as usize;
+            let power = if twice < n {
+                twice
+            } else {
+                twice ^ polynomials[degree]
+            };
+            powers[n + i] = power as u16;
+            i += 1;
+        }
+        degree += 1;
     }
     powers
 }
 
-impl<const N: usize> Net<N> {
-    const DIGITS: u32 = N.ilog2();
-
-    /// Returns the position of a point in a random order: i ↦ a i + b in the field of N elements, a
-    /// ≠ 0. Any two points get any two positions with equal probability. Variances depend on
-    /// nothing else.
-    fn place(&self, index: u32, random: u32) -> usize {
-        let n = N as u32;
-        let (shift, factor) = (random % n, random / n);
-        let product = match index {
-            0 => 0,
-            power => u32::from(self.powers[((power + factor) % (n - 1)) as usize]),
-        };
-        (product ^ shift) as usize
-    }
-
-    /// Returns `number` with the scrambled digits of a position inserted in front of its own bits.
-    fn refined(&self, number: u64, dimension: usize, place: usize, random: u64) -> u64 {
-        let digits = u64::from(self.points[dimension][place]);
-        // Flip each digit according to a bit selected by the digits before it (nested scrambling).
-        let flips = (0..Self::DIGITS).fold(0, |flips, level| {
-            let bit = (1 << level) - 1 + (digits >> (Self::DIGITS - level));
-            flips << 1 | random >> bit & 1
-        });
-        (digits ^ flips) << (BITS - Self::DIGITS) | number >> Self::DIGITS
-    }
-}
-
-/// Point of a replicate.
+/// Point of a replicate: a (0, m, 3)-net of N = 2^m points in base 2, with a fourth dimension. Any
+/// division of the cube of the first three dimensions into N boxes with sides that are powers of
+/// two has a point in each box. No net has that in four dimensions.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Points {
     /// Index in the replicate.
-    pub index: u32,
+    index: u32,
     /// Random key of the replicate.
-    pub key: u64,
-    /// Kind of replicate.
-    pub replicates: Replicates,
+    key: u64,
+    /// Binary logarithm m of the number of points, at least 1.
+    digits: u32,
 }
 
 impl Points {
+    /// Returns the point with index `index` of a replicate with the random key `key`; `None` for
+    /// replicates of one sample.
+    pub(super) fn new(replicates: Replicates, index: u64, key: u64) -> Option<Self> {
+        (replicates != Replicates::SINGLE).then(|| Points {
+            index: index as u32,
+            key,
+            digits: u32::from(replicates.digits),
+        })
+    }
+
     /// Refines a number of [`BITS`] random bits for a dimension of an edge. On the first edges, its
     /// leading digits become the digits of the point.
     pub(super) fn refined(&self, number: u64, edge: u32, dimension: u32) -> u64 {
         if edge >= EDGES {
             return number;
         }
-        let (group, within) = (dimension / GROUP, (dimension % GROUP) as usize);
+        let (group, within) = (dimension / GROUP, dimension % GROUP);
         let random = mix(self.key ^ u64::from(edge * DIMENSIONS + group));
-        let order = (random >> 32) as u32;
-        match self.replicates {
-            Replicates::Single => number,
-            Replicates::OfEight => {
-                let place = OF_EIGHT.place(self.index, order);
-                OF_EIGHT.refined(number, within, place, random >> (7 * within))
+        let digits = self.digits_of(self.place(random), within);
+        let scrambled = self.scramble(digits, mix(random ^ u64::from(within)) as u32);
+        u64::from(scrambled) << (BITS - self.digits) | number >> self.digits
+    }
+
+    /// Returns the position of the point in a random order: i ↦ a i + b in the field of N elements,
+    /// a ≠ 0. Any two points get any two positions with equal probability. Variances depend on
+    /// nothing else.
+    fn place(&self, random: u64) -> u32 {
+        let n = 1 << self.digits;
+        let shift = random as u32 & (n - 1);
+        let factor = ((u128::from(random) * u128::from(n - 1)) >> 64) as u32;
+        let product = match self.index {
+            0 => 0,
+            power => {
+                let power = power + factor;
+                let reduced = if power < n { power } else { power - (n - 1) };
+                u32::from(POWERS[(n + reduced) as usize])
             }
-            Replicates::OfSixtyFour => {
-                let place = OF_SIXTY_FOUR.place(self.index, order);
-                OF_SIXTY_FOUR.refined(number, within, place, mix(random ^ within as u64))
-            }
+        };
+        product ^ shift
+    }
+
+    /// Returns the digits of the net's point `place` in a dimension of a group.
+    fn digits_of(&self, place: u32, within: u32) -> u32 {
+        let sobol =
+            |points: &[u16]| u32::from(points[place as usize]) >> (MOST_DIGITS - self.digits);
+        match within {
+            0 => place,
+            1 => self.reversed(place),
+            2 => sobol(&SOBOL_1),
+            _ => sobol(&SOBOL_2),
         }
+    }
+
+    /// Flips each digit at random, depending on the digits before it (nested scrambling). A hash
+    /// replaces the tree of random bits (Burley, "Practical Hash-based Owen Scrambling", JCGT 2020;
+    /// Vegdahl's constants).
+    fn scramble(&self, digits: u32, seed: u32) -> u32 {
+        let mut x = self.reversed(digits);
+        x ^= x.wrapping_mul(0x3d20_adea);
+        x = x.wrapping_add(seed);
+        x = x.wrapping_mul(seed >> 16 | 1);
+        x ^= x.wrapping_mul(0x0552_6c56);
+        x ^= x.wrapping_mul(0x53a2_2864);
+        self.reversed(x)
+    }
+
+    /// Reverses the order of the last digits of a number, and drops all others.
+    fn reversed(&self, number: u32) -> u32 {
+        number.reverse_bits() >> (32 - self.digits)
     }
 }

@@ -38,13 +38,9 @@ impl Sampler {
     #[inline]
     pub fn in_replicates(replicates: Replicates, [seed, pixel, sample]: [u64; 3]) -> Self {
         let (replicate, index) = (sample / replicates.size(), sample % replicates.size());
-        let points = (replicates != Replicates::Single).then(|| Points {
-            index: index as u32,
-            key: hash(0xa409_3822_299f_31d0, [seed, pixel, replicate]),
-            replicates,
-        });
+        let key = hash(0xa409_3822_299f_31d0, [seed, pixel, replicate]);
         Sampler {
-            points,
+            points: Points::new(replicates, index, key),
             ..Sampler::new(seed, pixel, sample)
         }
     }

@@ -185,7 +185,7 @@ impl Integrator {
         if self.facts().takes_replicates {
             wanted
         } else {
-            Replicates::Single
+            Replicates::SINGLE
         }
     }
 

@@ -117,7 +117,7 @@ impl RenderOptions {
             first: 0,
             samples,
             seed,
-            replicates: Replicates::Single,
+            replicates: Replicates::SINGLE,
             loosens_tolerance: false,
             strategies: false,
             adaptive: false,

@@ -123,7 +123,7 @@ fn observe(scene: &Scene, replicates: Replicates, adaptive: bool) -> Observed {
 /// `pixels_get_their_shares` checks.
 #[test]
 fn errors_are_smaller_and_true_and_means_agree() {
-    for replicates in [Replicates::Single, Replicates::OfEight] {
+    for replicates in [Replicates::SINGLE, Replicates::new(8).unwrap()] {
         let scene = lens();
         let [even, adaptive] = [false, true].map(|adaptive| observe(&scene, replicates, adaptive));
         let variance = |o: &Observed| o.pixels.iter().map(Moments::variance).sum::<f64>();
@@ -211,7 +211,7 @@ fn pixels_get_their_shares() {
 /// All instants of a period have equally many samples.
 #[test]
 fn pixels_get_whole_periods_and_replicates() {
-    for (replicates, unit) in [(Replicates::Single, 3), (Replicates::OfEight, 24)] {
+    for (replicates, unit) in [(Replicates::SINGLE, 3), (Replicates::new(8).unwrap(), 24)] {
         let options = RenderOptions {
             replicates,
             ..options(0..240, 1, true)
@@ -242,9 +242,9 @@ fn state(scene: &Scene, replicates: Replicates, range: Range<u64>) -> State {
 #[test]
 fn parts_in_any_order_are_the_whole() {
     for (scene, replicates) in [
-        (lens(), Replicates::Single),
-        (lens(), Replicates::OfEight),
-        (sound(), Replicates::Single),
+        (lens(), Replicates::SINGLE),
+        (lens(), Replicates::new(8).unwrap()),
+        (sound(), Replicates::SINGLE),
     ] {
         let state = |range| state(&scene, replicates, range);
         let whole = state(0..SAMPLES);

@@ -135,7 +135,7 @@ fn the_better_estimator_is_chosen() {
 fn pilots_foretell_variances() {
     let mut family = Family::new(FALSE_ALARM);
     let scene = Scene::new(under_a_sky()).unwrap();
-    for replicates in [Replicates::Single, Replicates::OfEight] {
+    for replicates in [Replicates::SINGLE, Replicates::new(8).unwrap()] {
         let options = |integrator, samples, seed| RenderOptions {
             replicates,
             ..RenderOptions::new(integrator, samples, seed)

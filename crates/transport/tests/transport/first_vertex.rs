@@ -447,7 +447,8 @@ fn reflections_are_spread_evenly() {
     for pixel in 0..200 {
         let is_reflected = |sample: &u64| {
             let mut found = Vec::new();
-            let mut sampler = Sampler::in_replicates(Replicates::OfSixtyFour, [7, pixel, *sample]);
+            let mut sampler =
+                Sampler::in_replicates(Replicates::new(64).unwrap(), [7, pixel, *sample]);
             integrator.sample(&scene, slanting(), 1, &mut sampler, &mut ws, &mut found);
             !found.is_empty()
         };

@@ -56,7 +56,7 @@ fn an_even_sky_stays_even() {
         );
         (parts.film.width, parts.film.height) = (7, 5);
         parts.film.filter = filter;
-        let film = film_of(parts, path_tracer(), Replicates::Single, 1);
+        let film = film_of(parts, path_tracer(), Replicates::SINGLE, 1);
         assert!(film.mean().iter().all(|v| *v == 1.0), "{filter:?}");
         assert!(film.variance().iter().all(|v| *v == 0.0), "{filter:?}");
     }
@@ -145,10 +145,10 @@ fn stated_errors_are_the_spread_over_seeds() {
     );
     let bdpt = Integrator::Bdpt(Bdpt::default());
     let cases = [
-        (gauss, path_tracer(), Replicates::Single),
-        (gauss, path_tracer(), Replicates::OfEight),
-        (lanczos, path_tracer(), Replicates::Single),
-        (Filter::Tent { radius: 1.0 }, bdpt, Replicates::Single),
+        (gauss, path_tracer(), Replicates::SINGLE),
+        (gauss, path_tracer(), Replicates::new(8).unwrap()),
+        (lanczos, path_tracer(), Replicates::SINGLE),
+        (Filter::Tent { radius: 1.0 }, bdpt, Replicates::SINGLE),
     ];
     let found = cases.map(|(filter, integrator, replicates)| {
         println!("{filter:?} {integrator:?} {replicates:?}");

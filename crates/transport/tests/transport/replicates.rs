@@ -18,6 +18,7 @@ use std::ops::{ControlFlow, Range};
 use testkit::{Moments, z_test::max_abs_z};
 
 const FALSE_ALARM: f64 = 2.5e-4;
+const EIGHT: Replicates = Replicates::new(8).unwrap();
 const SAMPLES: u64 = 40;
 const SEEDS: u64 = 400;
 
@@ -43,7 +44,7 @@ fn bdpt() -> Integrator {
 fn options(integrator: Integrator, range: Range<u64>, seed: u64) -> RenderOptions {
     RenderOptions {
         first: range.start,
-        replicates: Replicates::OfEight,
+        replicates: EIGHT,
         decomposition: Decomposition {
             bounces: Some(2),
             ..Decomposition::default()
@@ -106,19 +107,19 @@ fn excess(claims: &[(Vec<f32>, Vec<f32>)], renders: &[(Vec<f32>, Vec<f32>)]) -> 
 
 #[test]
 fn errors_are_what_they_claim_and_means_agree() {
-    claims_are_true(path_tracer(), (Replicates::OfEight, SAMPLES));
-    claims_are_true(path_tracer(), (Replicates::OfSixtyFour, 192));
+    claims_are_true(path_tracer(), (EIGHT, SAMPLES));
+    claims_are_true(path_tracer(), (Replicates::new(64).unwrap(), 192));
 }
 
 /// Subpaths from emitters are independent of one another, and of the sensor's subpaths.
 #[test]
 fn so_they_are_with_subpaths_from_both_ends() {
-    claims_are_true(bdpt(), (Replicates::OfEight, SAMPLES));
+    claims_are_true(bdpt(), (EIGHT, SAMPLES));
 }
 
 fn claims_are_true(integrator: Integrator, (replicates, samples): (Replicates, u64)) {
     let (single, replicates) = (
-        renders(integrator, Replicates::Single, samples),
+        renders(integrator, Replicates::SINGLE, samples),
         renders(integrator, replicates, samples),
     );
     let zs = [(&single, &single), (&replicates, &replicates)].map(|(a, b)| excess(a, b).1);
@@ -208,7 +209,7 @@ fn other_estimators_take_single_samples() {
         max_depth: None,
         rr_depth: 5,
     });
-    let [single, replicates] = [Replicates::Single, Replicates::OfEight].map(|replicates| {
+    let [single, replicates] = [Replicates::SINGLE, EIGHT].map(|replicates| {
         let options = RenderOptions {
             replicates,
             ..RenderOptions::new(particle, 8, 5)

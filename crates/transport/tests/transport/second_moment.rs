@@ -82,7 +82,7 @@ fn it_is_the_mean_of_squares() {
 fn replicates_count_as_one() {
     let scene = scene();
     let options = RenderOptions {
-        replicates: Replicates::OfEight,
+        replicates: Replicates::new(8).unwrap(),
         ..RenderOptions::new(path_tracer(), 64, 3)
     };
     agree(&film(&scene, &options), &by_hand(&scene, &options, 8));
