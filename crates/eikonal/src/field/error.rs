@@ -102,7 +102,7 @@ pub enum FieldError {
     #[error("a table must have at least two samples, but has {0}")]
     FewSamples(usize),
     /// A table with places that do not ascend.
-    #[error("the places in a table must ascend, but after {} comes {}", Shown(*.0), Shown(*.1))]
+    #[error("the coordinates in a table must ascend, but {} is followed by {}", Shown(*.0), Shown(*.1))]
     NotAscending(f64, f64),
     /// A sample of a table is not an index.
     #[error("the index at {} must be positive and finite, but is {}", Shown(*at), Shown(*value))]

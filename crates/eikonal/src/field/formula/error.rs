@@ -17,13 +17,13 @@ pub struct FormulaError {
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum FormulaErrorKind {
     /// A character that has no meaning here.
-    #[error("a formula has no '{0}'")]
+    #[error("unexpected character '{0}' in the formula")]
     Character(char),
     /// Digits that do not form a number.
     #[error("'{0}' is not a number")]
     Number(String),
     /// The formula ends too early.
-    #[error("the formula ends where {0} is expected")]
+    #[error("the formula ends too early: expected {0}")]
     End(&'static str),
     /// A token other than the expected one.
     #[error("expected {expected}, found '{found}'")]
@@ -34,10 +34,10 @@ pub enum FormulaErrorKind {
         found: String,
     },
     /// An unknown name.
-    #[error("the formula knows no '{0}'")]
+    #[error("unknown name '{0}' in the formula")]
     UnknownName(String),
     /// A function that has a kink or a step.
-    #[error("'{name}' is not smooth, and rays need smooth indices: {instead}")]
+    #[error("'{name}' has a kink or a step, but rays need a smooth index: {instead}")]
     NotSmooth {
         /// Name of the function.
         name: String,
@@ -48,7 +48,7 @@ pub enum FormulaErrorKind {
     #[error("'{0}' is a function: write its argument in parentheses")]
     NoArguments(String),
     /// A name that is not a function, followed by arguments.
-    #[error("'{0}' is no function: write * to multiply")]
+    #[error("'{0}' is not a function: write * to multiply")]
     NotAFunction(String),
     /// A function with the wrong number of arguments.
     #[error("'{name}' takes {expected} argument{}, not {found}", if *expected == 1 { "" } else { "s" })]
@@ -61,19 +61,21 @@ pub enum FormulaErrorKind {
         found: usize,
     },
     /// A constant part without a finite value.
-    #[error("this part of the formula is constant, but has no finite value")]
+    #[error(
+        "this constant part of the formula is not a finite number: check it for a division by 0, or for a root or logarithm of a negative number"
+    )]
     NotFinite,
     /// An integer exponent beyond the limit.
-    #[error("exponents of whole numbers may be at most 1024")]
+    #[error("the exponent is too large: an integer exponent may be at most 1024")]
     Exponent,
     /// Too many characters.
-    #[error("a formula may have at most {0} characters")]
+    #[error("the formula is too long: it may have at most {0} characters")]
     TooLong(usize),
     /// Too many levels of parentheses, signs or powers.
-    #[error("the formula is nested too deeply")]
+    #[error("the formula is nested too deeply: use fewer levels of parentheses, signs and powers")]
     TooDeep,
     /// More simultaneous intermediate values than a program can hold.
-    #[error("the formula needs too many intermediate values: shorten it")]
+    #[error("the formula needs too many intermediate values at once: shorten it")]
     TooComplicated,
     /// A parameter name that is taken, or that cannot be written in a formula.
     #[error("'{0}' cannot be the name of a parameter: {1}")]

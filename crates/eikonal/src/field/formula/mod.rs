@@ -119,7 +119,7 @@ impl Formula {
     /// let lens = Formula::new("2 - (r/R)^2", Quantity::SquaredIndex, &[("R", 1.5)]);
     /// assert!(lens.is_ok_and(|lens| lens.uses("R")));
     /// let wrong = Formula::new("1.3 + 0.1*cis(x)", Quantity::Index, &[]).unwrap_err();
-    /// assert_eq!(wrong.to_string(), "the formula knows no 'cis'");
+    /// assert_eq!(wrong.to_string(), "unknown name 'cis' in the formula");
     /// assert_eq!(wrong.span, 10..13);
     /// ```
     pub fn new(
