@@ -303,10 +303,11 @@ pub fn misplaced_plugin(object: &ObjectDescription, known: &[&str], diagnostics:
         format!("unknown {kind} type '{plugin}'")
     };
     let listed = format!("known types: {}", known.join(", "));
-    let help = match (
-        schema::mitsuba::substitute(kind, plugin),
-        suggest(plugin, known.iter().copied()),
-    ) {
+    let near = match schema::other_names::counterpart(kind, plugin, known) {
+        Some(other) => Some(format!("use '{other}' here;")),
+        None => suggest(plugin, known.iter().copied()),
+    };
+    let help = match (schema::mitsuba::substitute(kind, plugin), near) {
         (Some(substitute), _) => substitute.to_owned(),
         (None, Some(near)) => format!("{near} {listed}"),
         (None, None) => listed,

@@ -59,8 +59,13 @@ impl Query<'_, '_> {
                 .help(format!("{name}: {}", known.help))
                 .at(&property.name_location);
         }
-        let help = suggest(name, self.names(also_known)).or_else(|| {
-            let known: BTreeSet<_> = self.names(also_known).collect();
+        let known: BTreeSet<_> = self.names(also_known).collect();
+        let synonym = schema::other_names::synonym(self.object.kind, name);
+        let help = match synonym.filter(|synonym| known.contains(synonym)) {
+            Some(synonym) => Some(format!("did you mean '{synonym}'?")),
+            None => suggest(name, known.iter().copied()),
+        };
+        let help = help.or_else(|| {
             (!known.is_empty()).then(|| format!("it has: {}", Vec::from_iter(known).join(", ")))
         });
         let message = format!("{label} has no parameter '{name}'");

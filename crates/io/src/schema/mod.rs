@@ -12,6 +12,7 @@ mod json;
 mod medium;
 mod metals;
 pub(crate) mod mitsuba;
+pub(crate) mod other_names;
 mod parameter;
 mod row;
 mod sensor;

@@ -100,7 +100,7 @@ fn expression(formula: &str) -> String {
 #[test]
 fn messages_point_into_the_formula() {
     insta::assert_snapshot!(expression("1.3 + 0.1*exp(-x^2/widht)"), @r#"
-    error: the formula knows no 'widht'
+    error: unknown name 'widht' in the formula
      --> scene.xml:2:70
       |
     2 | <volume type="expression"><string name="n" value="1.3 + 0.1*exp(-x^2/widht)"/><float name="width" value="2"/></volume>
@@ -108,14 +108,14 @@ fn messages_point_into_the_formula() {
       = help: did you mean 'width'?
     "#);
     insta::assert_snapshot!(expression("1.3 + max(x, width)"), @r#"
-    error: 'max' is not smooth, and rays need smooth indices: use a smooth transition, such as one with tanh
+    error: 'max' has a kink or a step, but rays need a smooth index: use a smooth transition, such as one with tanh
      --> scene.xml:2:57
       |
     2 | <volume type="expression"><string name="n" value="1.3 + max(x, width)"/><float name="width" value="2"/></volume>
       |                                                         ^^^
     "#);
     insta::assert_snapshot!(expression("1.3 + (x"), @r#"
-    error: the formula ends where ')' is expected
+    error: the formula ends too early: expected ')'
      --> scene.xml:2:59
       |
     2 | <volume type="expression"><string name="n" value="1.3 + (x"/><float name="width" value="2"/></volume>
@@ -123,7 +123,7 @@ fn messages_point_into_the_formula() {
     "#);
     // The text in the file is encoded differently from its value.
     insta::assert_snapshot!(expression("1.3 &#43; q*width"), @r#"
-    error: the formula knows no 'q' (character 7 of 'n')
+    error: unknown name 'q' in the formula (character 7 of 'n')
      --> scene.xml:2:51
       |
     2 | <volume type="expression"><string name="n" value="1.3 &#43; q*width"/><float name="width" value="2"/></volume>
@@ -173,7 +173,7 @@ fn what_is_missing_or_too_much_is_said() {
         ),
         (
             r#"<volume type="profile"><string name="coordinate" value="z"/><string name="table" value="1, 1, 0, 2"/></volume>"#,
-            ["must ascend, but after 1 comes 0", ""],
+            ["must ascend, but 1 is followed by 0", ""],
         ),
         (
             r#"<volume type="expresion"/>"#,
@@ -183,10 +183,17 @@ fn what_is_missing_or_too_much_is_said() {
             ],
         ),
         (
+            r#"<volume type="constvolume"/>"#,
+            [
+                "a volume of type 'constvolume' does not belong here",
+                "use 'constant' here; known types: constant,",
+            ],
+        ),
+        (
             r#"<volume type="gridvolume"/>"#,
             [
                 "a volume of type 'gridvolume' does not belong here",
-                "known types: constant,",
+                "use 'bspline' here; known types: constant,",
             ],
         ),
     ] {

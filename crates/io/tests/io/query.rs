@@ -187,6 +187,27 @@ fn unknown_words_get_a_suggestion() {
 }
 
 #[test]
+fn names_of_other_programs_get_a_suggestion() {
+    let text = "<medium type='homogeneous'><float name='mua' value='1'/><float name='mus' value='1'/>\
+                <float name='mu_t' value='1'/></medium>";
+    let messages = ask(text, |mut q| {
+        q.spectrum("sigma_a");
+        q.spectrum("sigma_s");
+        q.finish(&[]);
+    });
+    let label = "<medium type=\"homogeneous\">";
+    assert_eq!(
+        messages,
+        [
+            format!("41 error {label} has no parameter 'mua' | did you mean 'sigma_a'?"),
+            format!("70 error {label} has no parameter 'mus' | did you mean 'sigma_s'?"),
+            // Suggest only parameters that the object has.
+            format!("99 error {label} has no parameter 'mu_t' | it has: sigma_a, sigma_s"),
+        ]
+    );
+}
+
+#[test]
 fn unused_parameters_and_children_are_reported() {
     let text = "<medium type='homogeneous'><float name='sigma_tt' value='1'/><float name='foo' value='1'/>\
                 <float name='scale' value='1'/><bsdf type='null'/><volume name='albdo' type='v'/></medium>";
