@@ -13,29 +13,29 @@ const INDICES: &[Parameter] = &[
 
 const PANE: &[Parameter] = &[
     index("int_ior", "index of the pane").or(1.5046),
-    index("ext_ior", "index around it").or_text("air"),
+    index("ext_ior", "index around the pane").or_text("air"),
 ];
 
 const COAT: &[Parameter] = &[
     index("int_ior", "index of the coat").or(1.49),
     index("ext_ior", "index outside").or_text("air"),
-    spectrum("diffuse_reflectance", "of the base, 0 to 1").or(0.5),
+    spectrum("diffuse_reflectance", "reflectance of the base, 0 to 1").or(0.5),
     boolean(
         "nonlinear",
         false,
-        "whether colours deepen with each reflection below the coat",
+        "true if each reflection below the coat deepens the colour",
     ),
 ];
 
 const REFLECTANCE: &[Parameter] = &[spectrum(
     "specular_reflectance",
-    "factor of what is reflected, 0 to 1",
+    "factor of the reflected light, 0 to 1",
 )
 .or(1.0)];
 
 const TRANSMITTANCE: &[Parameter] = &[spectrum(
     "specular_transmittance",
-    "factor of what is transmitted, 0 to 1",
+    "factor of the transmitted light, 0 to 1",
 )
 .or(1.0)];
 
@@ -43,7 +43,7 @@ const FACETS: &[Parameter] = &[
     word(
         "distribution",
         &["beckmann", "ggx"],
-        "of the normals of microfacets",
+        "distribution of the normals of microfacets",
     ),
     boolean("sample_visible", true, "accepted and ignored"),
 ];
@@ -51,7 +51,7 @@ const FACETS: &[Parameter] = &[
 const LOSSLESS: &[Parameter] = &[boolean(
     "lossless",
     false,
-    "whether the base gets what facets send to their neighbours",
+    "true to give the base the light that facets reflect to each other",
 )];
 
 const METAL: &[Parameter] = &[
@@ -61,40 +61,48 @@ const METAL: &[Parameter] = &[
     )
     .or(0.0),
     spectrum("k", "imaginary part of the index, ≥ 0").or(1.0),
-    word("material", &METAL_NAMES, "a metal, in place of eta and k"),
-    index("ext_eta", "what eta and k are divided by").or(1.0),
+    word(
+        "material",
+        &METAL_NAMES,
+        "name of a metal, instead of eta and k",
+    ),
+    index("ext_eta", "index outside, by which eta and k are divided").or(1.0),
 ];
 
 const PRINCIPLED: &[Parameter] = &[
-    spectrum("base_color", "0 to 1").or(0.5),
-    spectrum("roughness", "0 to 1").or(0.5),
+    spectrum("base_color", "colour of the base, 0 to 1").or(0.5),
+    spectrum("roughness", "roughness of the facets, 0 to 1").or(0.5),
     spectrum(
         "anisotropic",
-        "how much rougher facets are along u than along v, 0 to 1",
+        "anisotropy of the roughness: 0 for none, 1 for far rougher facets along u than along v, 0 to 1",
     )
     .or(0.0),
-    spectrum("spec_trans", "share that lets light through, 0 to 1").or(0.0),
-    spectrum("spec_tint", "colour of highlights, 0 to 1").or(0.0),
-    spectrum("sheen", "at grazing angles, 0 to 1").or(0.0),
-    spectrum("sheen_tint", "colour of the sheen, 0 to 1").or(0.0),
+    spectrum("spec_trans", "fraction that transmits light, 0 to 1").or(0.0),
+    spectrum("spec_tint", "tint of highlights towards the base colour, 0 to 1").or(0.0),
+    spectrum("sheen", "strength of the sheen at grazing angles, 0 to 1").or(0.0),
+    spectrum("sheen_tint", "tint of the sheen towards the base colour, 0 to 1").or(0.0),
     spectrum(
         "flatness",
-        "share that looks like scattering below the surface, 0 to 1",
+        "fraction that looks like subsurface scattering, 0 to 1",
     )
     .or(0.0),
     float("diffuse_reflectance_sampling_rate", "accepted and ignored").or(1.0),
 ];
 
 const PRINCIPLED_SOLID: &[Parameter] = &[
-    spectrum("metallic", "share of metal, 0 to 1").or(0.0),
-    spectrum("clearcoat", "a coat over all, 0 to 1").or(0.0),
-    spectrum("clearcoat_gloss", "how smooth the coat is, 0 to 1").or(0.0),
+    spectrum("metallic", "fraction of metal, 0 to 1").or(0.0),
+    spectrum(
+        "clearcoat",
+        "strength of a coat over the whole surface, 0 to 1",
+    )
+    .or(0.0),
+    spectrum("clearcoat_gloss", "smoothness of the coat, 0 to 1").or(0.0),
     float("specular", "strength of highlights")
         .within(0.0, 1.0)
         .or(0.5),
     float(
         "eta",
-        "index inside over that outside, in place of specular",
+        "ratio of the indices inside and outside, instead of specular",
     )
     .positive(),
     float("main_specular_sampling_rate", "accepted and ignored").or(1.0),
@@ -104,7 +112,7 @@ const PRINCIPLED_SOLID: &[Parameter] = &[
 const PRINCIPLED_THIN: &[Parameter] = &[
     spectrum(
         "diff_trans",
-        "twice the share of diffuse light that passes, 0 to 2",
+        "twice the fraction of diffuse light that is transmitted, 0 to 2",
     )
     .or(0.0),
     float("eta", "index of the sheet").positive().or(1.5),
@@ -122,37 +130,52 @@ const PRINCIPLED_THIN: &[Parameter] = &[
 ];
 
 const GLOSSY: &[Parameter] = &[
-    spectrum("diffuse_reflectance", "of the diffuse part, 0 to 1").or(0.5),
-    spectrum("specular_reflectance", "of the glossy part, 0 to 1").or(0.2),
+    spectrum(
+        "diffuse_reflectance",
+        "reflectance of the diffuse part, 0 to 1",
+    )
+    .or(0.5),
+    spectrum(
+        "specular_reflectance",
+        "reflectance of the glossy part, 0 to 1",
+    )
+    .or(0.2),
 ];
 
 const ALPHAS: &[Parameter] = &[
     float("alpha", "roughness").within(1e-4, 1.0).or(0.1),
     float(
         "alpha_u",
-        "roughness along u, in place of alpha, with alpha_v",
+        "roughness along u, together with alpha_v, instead of alpha",
     )
     .within(1e-4, 1.0),
-    float("alpha_v", "roughness across that, along v").within(1e-4, 1.0),
+    float(
+        "alpha_v",
+        "roughness along v, together with alpha_u, instead of alpha",
+    )
+    .within(1e-4, 1.0),
 ];
 
 const COAT_ALPHAS: &[Parameter] = &[
     float("alpha", "roughness").within(1e-4, 1.0).or(0.1),
-    float("alpha_u", "in place of alpha, with an equal alpha_v").within(1e-4, 1.0),
-    float("alpha_v", "in place of alpha, with an equal alpha_u").within(1e-4, 1.0),
+    float("alpha_u", "roughness instead of alpha; must equal alpha_v").within(1e-4, 1.0),
+    float("alpha_v", "roughness instead of alpha; must equal alpha_u").within(1e-4, 1.0),
 ];
 
 const LAYER: &[Parameter] = &[
     index("int_ior", "index of the layer").or(1.5046),
     index("ext_ior", "index outside").or_text("air"),
     spectrum("sigma_a", "absorption coefficient of the layer, ≥ 0").or(0.0),
-    float("thickness", "in inverse units of sigma_a")
-        .at_least(0.0)
-        .or(1.0),
+    float(
+        "thickness",
+        "thickness of the layer, in inverse units of sigma_a",
+    )
+    .at_least(0.0)
+    .or(1.0),
 ];
 
 const FILTER: &[Parameter] = &[spectrum("transmittance", "factor, 0 to 1").or(1.0)];
-const ANGLE: &[Parameter] = &[spectrum("theta", "angle of its axis, degrees").or(0.0)];
+const ANGLE: &[Parameter] = &[spectrum("theta", "angle of the axis, degrees").or(0.0)];
 
 const REFLECTED: Slot = texture("specular_reflectance");
 const TRANSMITTED: Slot = texture("specular_transmittance");
@@ -165,12 +188,12 @@ const TURNED_NORMALS: &[Parameter] = &[
     boolean(
         "flip_invalid_normals",
         true,
-        "whether normals that face away from the viewer are turned by half a turn",
+        "true to reverse normals that face away from the viewer",
     ),
     boolean(
         "use_shadowing_function",
         true,
-        "whether bumps dim light from low directions",
+        "true to dim light at grazing angles by the shadows of bumps",
     ),
 ];
 
@@ -179,7 +202,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
     plugin(
         "diffuse",
         "A Lambertian surface.",
-        &[&[spectrum("reflectance", "0 to 1").or(0.5)]],
+        &[&[spectrum("reflectance", "reflectance, 0 to 1").or(0.5)]],
         &[texture("reflectance")],
     ),
     plugin(
@@ -260,13 +283,17 @@ pub(super) const PLUGINS: &[Plugin] = &[
     ),
     plugin(
         "pplastic",
-        "A diffuse base that light reaches through a smooth surface, under facets.",
+        "A diffuse base under a smooth surface, with a reflection by microfacets.",
         &[
             &[
                 index("int_ior", "index inside").or(1.49),
                 index("ext_ior", "index outside").or_text("air"),
-                float("eta", "index inside over that outside, in place of both").positive(),
-                spectrum("diffuse_reflectance", "of the base, 0 to 1").or(0.5),
+                float(
+                    "eta",
+                    "ratio of the indices inside and outside, instead of both",
+                )
+                .positive(),
+                spectrum("diffuse_reflectance", "reflectance of the base, 0 to 1").or(0.5),
             ],
             REFLECTANCE,
             ALPHAS,
@@ -276,14 +303,14 @@ pub(super) const PLUGINS: &[Plugin] = &[
     ),
     plugin(
         "polarizer",
-        "A filter that lets light pass whose field is along an axis: half of unpolarised light.",
+        "A linear polariser: half of unpolarised light passes.",
         &[
             FILTER,
             ANGLE,
             &[boolean(
                 "polarizing",
                 true,
-                "false for a filter that lets half of any light pass",
+                "false: half of the light passes, whatever its polarisation",
             )],
         ],
         &[texture("theta")],
@@ -293,17 +320,21 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "A filter that lets circular light pass: half of unpolarised light.",
         &[
             FILTER,
-            &[boolean("left_handed", false, "which light passes")],
+            &[boolean(
+                "left_handed",
+                false,
+                "handedness of the light that passes",
+            )],
         ],
         &[],
     ),
     plugin(
         "retarder",
-        "A filter that delays fields across an axis: all unpolarised light passes.",
+        "A retarder, which delays the field across its axis: all light passes.",
         &[
             FILTER,
             ANGLE,
-            &[spectrum("delta", "delay of phase, degrees").or(90.0)],
+            &[spectrum("delta", "phase delay, degrees").or(90.0)],
         ],
         &[texture("theta"), texture("delta")],
     ),
@@ -311,21 +342,21 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "roughdiffuse",
         "Cavities with Lambertian walls.",
         &[&[
-            spectrum("reflectance", "0 to 1").or(0.5),
+            spectrum("reflectance", "reflectance, 0 to 1").or(0.5),
             spectrum("alpha", "√2 times the standard deviation of slopes, ≥ 0").or(0.2),
             boolean(
                 "use_fast_approx",
                 false,
-                "whether light between the walls is left out",
+                "true to leave out interreflection between the walls",
             ),
         ]],
         &[texture("reflectance"), ALPHA],
     ),
     own_plugin(
         "phong",
-        "A diffuse part, and a lobe around the mirror's direction.",
+        "A diffuse part and a lobe around the mirror direction.",
         &[
-            &[spectrum("exponent", "of the lobe's cosine, ≥ 0").or(30.0)],
+            &[spectrum("exponent", "exponent of the lobe's cosine, ≥ 0").or(30.0)],
             GLOSSY,
         ],
         &[texture("exponent"), BASE, REFLECTED],
@@ -362,7 +393,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "A mixture of any number of bsdfs.",
         &[&[list(
             "weights",
-            "their shares, ≥ 0; what is missing from 1 is black",
+            "weights of the bsdfs, ≥ 0; the rest to 1 is black",
         )
         .required()]],
         &[many(Bsdf, "As many as there are shares, opaque.")],
@@ -370,13 +401,17 @@ pub(super) const PLUGINS: &[Plugin] = &[
     plugin(
         "blendbsdf",
         "A mixture of two bsdfs.",
-        &[&[spectrum("weight", "of the second, 0 to 1").or(0.5)]],
+        &[&[spectrum("weight", "weight of the second bsdf, 0 to 1").or(0.5)]],
         &[texture("weight"), many(Bsdf, "The two.")],
     ),
     plugin(
         "mask",
-        "A bsdf on a share of the surface.",
-        &[&[spectrum("opacity", "the share, 0 to 1").or(0.5)]],
+        "A bsdf on a fraction of the surface.",
+        &[&[spectrum(
+            "opacity",
+            "fraction of the surface that the bsdf covers, 0 to 1",
+        )
+        .or(0.5)]],
         &[texture("opacity"), one(Bsdf, "What covers the share.")],
     ),
     plugin(
@@ -387,9 +422,9 @@ pub(super) const PLUGINS: &[Plugin] = &[
     ),
     plugin(
         "bumpmap",
-        "A bsdf whose shading normals a height map turns; smooth interfaces keep theirs.",
+        "A bsdf with shading normals from a height map; smooth interfaces keep their normals.",
         &[
-            &[float("scale", "a factor of the heights").or(1.0)],
+            &[float("scale", "factor of the heights").or(1.0)],
             TURNED_NORMALS,
         ],
         &[
@@ -399,7 +434,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
     ),
     plugin(
         "normalmap",
-        "A bsdf whose shading normals a map turns; smooth interfaces keep theirs.",
+        "A bsdf with shading normals from a normal map; smooth interfaces keep their normals.",
         &[TURNED_NORMALS],
         &[
             one(Bsdf, "What the surface is."),

@@ -10,14 +10,14 @@ const PLACED: &[Parameter] = &[TO_WORLD];
 const INSIDE: &[Slot] = &[one(Medium, "Accepted: containment decides.")];
 
 const SPOT: &[Parameter] = &[
-    spectrum("intensity", "on the axis, W/sr, ≥ 0").or(1.0),
+    spectrum("intensity", "intensity on the axis, W/sr, ≥ 0").or(1.0),
     float("cutoff_angle", "degrees")
         .positive()
         .at_most(180.0)
         .or(20.0),
     float(
         "beam_width",
-        "degrees of full intensity, at most cutoff_angle",
+        "angle of full intensity in degrees, at most cutoff_angle",
     )
     .at_least(0.0)
     .or_computed("¾ of the cut-off"),
@@ -27,42 +27,42 @@ const APERTURE: &[Parameter] = &[
     word(
         "profile",
         &["disc", "gaussian", "rectangle"],
-        "irradiance across the beam",
+        "profile of the irradiance across the beam",
     ),
-    float("radius", "of a disc or Gaussian, scene units")
+    float("radius", "radius of a disc or Gaussian, scene units")
         .positive()
         .or_computed("a thousandth of the scene"),
-    float("width", "of a rectangle along local x, scene units")
+    float("width", "width of a rectangle along local x, scene units")
         .positive()
         .or_computed("a thousandth of the scene"),
-    float("height", "of a rectangle along local y, scene units")
+    float("height", "height of a rectangle along local y, scene units")
         .positive()
         .or_computed("a thousandth of the scene"),
 ];
 
 const BEAM: &[Parameter] = &[
-    spectrum("power", "W, ≥ 0; this or the irradiance is required"),
-    spectrum("irradiance", "on the axis, W/m², ≥ 0"),
+    spectrum("power", "power, W, ≥ 0; give power or irradiance"),
+    spectrum("irradiance", "irradiance on the axis, W/m², ≥ 0"),
 ];
 
 const FIBER: &[Parameter] = &[
-    spectrum("power", "W, ≥ 0").required(),
+    spectrum("power", "power, W, ≥ 0").required(),
     float(
         "numerical_aperture",
-        "n sin θ₀, at most the index at the end; this or the cutoff_angle is required",
+        "numerical aperture n sin θ₀, at most the index at the end; give numerical_aperture or cutoff_angle",
     )
     .positive(),
-    float("cutoff_angle", "θ₀ in degrees")
+    float("cutoff_angle", "angle θ₀ in degrees")
         .positive()
         .at_most(90.0),
     word(
         "angular_profile",
         &["uniform", "lambertian", "gaussian"],
-        "the same intensity within θ₀, the same radiance, or radiance as exp(−2 sin²θ/sin²θ₀)",
+        "angular profile: equal intensity within θ₀, equal radiance within θ₀, or radiance ∝ exp(−2 sin²θ/sin²θ₀)",
     ),
     float(
         "focus",
-        "distance of the point to which the axes of all cones go, or, < 0, from which they come",
+        "distance of the point to which the axes of all cones converge; < 0 for a point from which they diverge",
     ),
 ];
 
@@ -71,14 +71,14 @@ const BEHIND_PICTURE: &[Slot] = &[
     role(
         Texture,
         "texture",
-        "A bitmap, as a factor of a rectangle's irradiance.",
+        "A bitmap as a factor of the irradiance of a rectangle.",
     ),
 ];
 
 const ENVMAP: &[Parameter] = &[
     text(
         "filename",
-        ".exr, .hdr or .pfm; .png, .jpg, .bmp or .tga in sRGB",
+        "image file: .exr, .hdr or .pfm; .png, .jpg, .bmp or .tga in sRGB",
     )
     .required(),
     float("scale", "factor").at_least(0.0).or(1.0),
@@ -87,25 +87,28 @@ const ENVMAP: &[Parameter] = &[
 ];
 
 const SUNSKY: &[Parameter] = &[
-    float("turbidity", "haze; 1 for none")
+    float("turbidity", "turbidity: haze, 1 for none")
         .within(1.0, 10.0)
         .or(3.0),
-    spectrum("albedo", "of the ground, 0 to 1").or(0.3),
-    vector("sun_direction", "towards the sun, in the world").or_computed("by place and time"),
-    float("latitude", "degrees, northern > 0")
+    spectrum("albedo", "albedo of the ground, 0 to 1").or(0.3),
+    vector("sun_direction", "direction towards the sun, in the world")
+        .or_computed("from place and time"),
+    float("latitude", "latitude in degrees, northern > 0")
         .within(-90.0, 90.0)
         .or(35.6894),
-    float("longitude", "degrees, eastern > 0")
+    float("longitude", "longitude in degrees, eastern > 0")
         .within(-180.0, 360.0)
         .or(139.6917),
-    float("timezone", "hours ahead of universal time")
+    float("timezone", "time zone: hours ahead of universal time")
         .within(-24.0, 24.0)
         .or(9.0),
-    integer("year", "of the date")
+    integer("year", "year of the date")
         .within(-4000.0, 9999.0)
         .or(2010.0),
-    integer("month", "of the date").within(1.0, 12.0).or(7.0),
-    integer("day", "of the date").within(1.0, 31.0).or(10.0),
+    integer("month", "month of the date")
+        .within(1.0, 12.0)
+        .or(7.0),
+    integer("day", "day of the date").within(1.0, 31.0).or(10.0),
     float("hour", "of local time").or(15.0),
     float("minute", "of local time").or(0.0),
     float("second", "of local time").or(0.0),
@@ -117,7 +120,7 @@ const SUNSKY: &[Parameter] = &[
         .or(1.0),
     float(
         "sun_aperture",
-        "diameter of the sun in degrees; its power stays",
+        "diameter of the sun in degrees; does not change its power",
     )
     .positive()
     .below(90.0)
@@ -127,25 +130,25 @@ const SUNSKY: &[Parameter] = &[
 ];
 
 const PROJECTOR: &[Parameter] = &[
-    spectrum("irradiance", "at unit distance, ≥ 0").or(1.0),
+    spectrum("irradiance", "irradiance at unit distance, ≥ 0").or(1.0),
     float("scale", "factor").at_least(0.0).or(1.0),
     TO_WORLD,
 ];
 
 const IES: &[Parameter] = &[
-    text("filename", "an LM-63 file of type C").required(),
-    spectrum("scale", "factor of the file's intensities, ≥ 0").or(1.0),
+    text("filename", "file in the format LM-63, type C").required(),
+    spectrum("scale", "factor of the intensities in the file, ≥ 0").or(1.0),
     TO_WORLD,
 ];
 
 pub(super) const PLUGINS: &[Plugin] = &[
     plugin(
         "point",
-        "The same intensity in all directions.",
+        "A point that emits equal intensity in all directions.",
         &[
             &[
-                point("position", "in place of to_world").or_computed("by to_world"),
-                spectrum("intensity", "W/sr, ≥ 0").or(1.0),
+                point("position", "position, instead of to_world").or_computed("from to_world"),
+                spectrum("intensity", "intensity, W/sr, ≥ 0").or(1.0),
             ],
             PLACED,
         ],
@@ -160,24 +163,29 @@ pub(super) const PLUGINS: &[Plugin] = &[
             role(
                 Texture,
                 "texture",
-                "A factor of the intensity, thrown along +z; cutoff_angle must be below 90.",
+                "A bitmap as a factor of the intensity, projected along +z; cutoff_angle must be below 90.",
             ),
         ],
     ),
     plugin(
         "projector",
-        "A point that throws an image along +z.",
+        "A point that projects an image along +z.",
         &[super::sensor::VIEW, PROJECTOR],
-        &[role(Texture, "irradiance", "A bitmap in its place.")],
+        &[role(Texture, "irradiance", "Bitmap instead of the colour.")],
     ),
-    own_plugin("ies", "A luminaire that was measured.", &[IES], &[]),
+    own_plugin("ies", "A measured luminaire.", &[IES], &[]),
     plugin(
         "directional",
         "Parallel light from outside.",
         &[
             &[
-                spectrum("irradiance", "across the direction, W/m², ≥ 0").or(1.0),
-                vector("direction", "in place of to_world").or_computed("by to_world"),
+                spectrum(
+                    "irradiance",
+                    "irradiance of a surface across the direction, W/m², ≥ 0",
+                )
+                .or(1.0),
+                vector("direction", "direction of the light, instead of to_world")
+                    .or_computed("from to_world"),
             ],
             PLACED,
         ],
@@ -185,8 +193,11 @@ pub(super) const PLUGINS: &[Plugin] = &[
     ),
     plugin(
         "constant",
-        "The same radiance from everywhere.",
-        &[&[spectrum("radiance", "≥ 0").or(1.0)], PLACED],
+        "Equal radiance from all directions.",
+        &[
+            &[spectrum("radiance", "radiance, W/(m² sr), ≥ 0").or(1.0)],
+            PLACED,
+        ],
         INSIDE,
     ),
     plugin(
@@ -195,12 +206,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         &[ENVMAP],
         &[],
     ),
-    plugin(
-        "sunsky",
-        "The sun and the sky that it lights, +z up.",
-        &[SUNSKY],
-        &[],
-    ),
+    plugin("sunsky", "The sun and the sky, with +z up.", &[SUNSKY], &[]),
     own_plugin(
         "collimated",
         "A beam along +z.",
@@ -215,15 +221,18 @@ pub(super) const PLUGINS: &[Plugin] = &[
     ),
     own_plugin(
         "volumelight",
-        "Light from all points of a volume, the same in all directions.",
+        "Light of equal radiance in all directions, from all points of a volume.",
         &[
             &[
                 spectrum(
                     "radiance",
-                    "per length, W/(m³ sr), ≥ 0: all over the unit cube",
+                    "radiance per length, W/(m³ sr), ≥ 0, in the unit cube",
                 )
                 .or(1.0),
-                spectrum("power", "total, W, ≥ 0: in place of what the radiance says"),
+                spectrum(
+                    "power",
+                    "total power, W, ≥ 0, instead of the power of the radiance",
+                ),
             ],
             PLACED,
         ],
@@ -232,14 +241,14 @@ pub(super) const PLUGINS: &[Plugin] = &[
             role(
                 Volume,
                 "radiance",
-                "A gridvolume or constvolume in its place, where that lies.",
+                "A gridvolume or constvolume at its own place, instead of the unit cube.",
             ),
         ],
     ),
     plugin(
         "area",
-        "Light from the shape that it belongs to, the same in all directions.",
-        &[&[spectrum("radiance", "≥ 0").or(1.0)]],
+        "Light of equal radiance in all directions, from the surface of its shape.",
+        &[&[spectrum("radiance", "radiance, W/(m² sr), ≥ 0").or(1.0)]],
         &[texture("radiance")],
     ),
 ];

@@ -6,43 +6,51 @@ use super::{Parameter, Plugin};
 use crate::scene::PluginKind::Rfilter;
 
 const HDRFILM: &[Parameter] = &[
-    integer("width", "pixels").within(1.0, 65536.0).or(768.0),
-    integer("height", "pixels").within(1.0, 65536.0).or(576.0),
+    integer("width", "width of the image in pixels")
+        .within(1.0, 65536.0)
+        .or(768.0),
+    integer("height", "height of the image in pixels")
+        .within(1.0, 65536.0)
+        .or(576.0),
     word(
         "pixel_format",
         &["rgb", "luminance", "spectral"],
-        "channels",
+        "channels of the image",
     ),
     list(
         "wavelengths",
-        "nm, at most 4096; required if pixel_format is spectral",
+        "wavelengths in nm, at most 4096 of them; required if pixel_format is spectral",
     ),
     list(
         "decomposition",
-        "what light is separated by: length, time, bounce, light",
+        "criteria that separate light: length, time, bounce, light",
     ),
-    float("min_bound", "of length or time: start of the first bin").or(0.0),
-    float("max_bound", "of length or time: end of the last bin"),
-    float("bin_width", "of length or time: width of a bin").positive(),
-    float("speed_of_light", "of time: scene units per unit of time").positive(),
-    integer("max_bounces", "of bounce: the last layer").within(0.0, 1000.0),
+    float("min_bound", "start of the first bin, for length or time").or(0.0),
+    float("max_bound", "end of the last bin, for length or time"),
+    float("bin_width", "width of a bin, for length or time").positive(),
+    float(
+        "speed_of_light",
+        "speed of light in scene units per unit of time, for time",
+    )
+    .positive(),
+    integer("max_bounces", "last layer, for bounce").within(0.0, 1000.0),
     boolean(
         "reweight",
         false,
-        "adds an image with less weight for rare bright samples",
+        "true to add an image with less weight for rare bright samples",
     ),
-    integer("crop_offset_x", "columns left out at the left")
+    integer("crop_offset_x", "columns left of the crop window")
         .at_least(0.0)
         .or(0.0),
-    integer("crop_offset_y", "rows left out at the top")
+    integer("crop_offset_y", "rows above the crop window")
         .at_least(0.0)
         .or(0.0),
     integer("crop_width", "columns of the picture")
         .at_least(1.0)
-        .or_computed("the rest"),
+        .or_computed("the remaining ones"),
     integer("crop_height", "rows of the picture")
         .at_least(1.0)
-        .or_computed("the rest"),
+        .or_computed("the remaining ones"),
     boolean("sample_border", true, "accepted and ignored"),
     boolean("compensate", false, "accepted and ignored"),
     text("file_format", "accepted and ignored"),
@@ -57,22 +65,28 @@ pub(super) const PLUGINS: &[Plugin] = &[plugin(
 )];
 
 pub(super) const FILTERS: &[Plugin] = &[
-    plugin("box", "The pixel's own area.", &[], &[]),
+    plugin("box", "The area of the pixel.", &[], &[]),
     plugin(
         "tent",
-        "A linear fall-off.",
-        &[&[float("radius", "pixels").within(0.1, 32.0).or(1.0)]],
+        "A filter that falls off linearly.",
+        &[&[float("radius", "radius of the filter in pixels")
+            .within(0.1, 32.0)
+            .or(1.0)]],
         &[],
     ),
     plugin(
         "gaussian",
-        "A bell, cut off at four standard deviations.",
-        &[&[float("stddev", "pixels").within(0.025, 8.0).or(0.5)]],
+        "A Gaussian, cut off at four standard deviations.",
+        &[&[
+            float("stddev", "standard deviation of the filter in pixels")
+                .within(0.025, 8.0)
+                .or(0.5),
+        ]],
         &[],
     ),
     plugin(
         "mitchell",
-        "Mitchell and Netravali's cubics, negative in places.",
+        "Cubics of Mitchell and Netravali, negative in places.",
         &[&[
             float("B", "weight of the first cubic")
                 .within(-4.0, 4.0)
@@ -85,13 +99,13 @@ pub(super) const FILTERS: &[Plugin] = &[
     ),
     plugin(
         "catmullrom",
-        "Catmull and Rom's cubics, negative in places.",
+        "Cubics of Catmull and Rom, negative in places.",
         &[],
         &[],
     ),
     plugin(
         "lanczos",
-        "A sinc in the window of a wider one, negative in places.",
+        "A sinc in the window of a wider sinc, negative in places.",
         &[&[integer("lobes", "on either side").within(1.0, 16.0).or(3.0)]],
         &[],
     ),
@@ -122,7 +136,7 @@ pub(super) const SAMPLERS: &[Plugin] = &[
 const fn even(name: &'static str) -> Plugin {
     plugin(
         name,
-        "ldsampler takes its place, with a warning.",
+        "Replaced by ldsampler, with a warning.",
         &[SAMPLES, REPLICATES, JITTER],
         &[],
     )
@@ -147,11 +161,11 @@ const SAMPLES: &[Parameter] = &[
     integer("phases", "instants of a period of sound")
         .within(1.0, 256.0)
         .or(1.0),
-    boolean("bending", true, "whether sound bends rays"),
+    boolean("bending", true, "true if sound bends rays"),
     boolean(
         "adaptive",
         false,
-        "whether noisy pixels get more samples, with the integrator path",
+        "true to give noisy pixels more samples, with the integrator path",
     ),
     integer("seed", "accepted and ignored"),
 ];

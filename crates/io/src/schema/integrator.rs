@@ -12,9 +12,12 @@ const DEPTH: &[Parameter] = &[
 ];
 
 const COMMON: &[Parameter] = &[
-    integer("rr_depth", "edges after which Russian roulette begins")
-        .within(1.0, 1e6)
-        .or(5.0),
+    integer(
+        "rr_depth",
+        "number of edges after which Russian roulette begins",
+    )
+    .within(1.0, 1e6)
+    .or(5.0),
     float(
         "tolerance",
         "position error of a ray per unit of its length",
@@ -30,7 +33,7 @@ const COMMON: &[Parameter] = &[
     boolean(
         "hide_emitters",
         false,
-        "whether light straight from emitters is left out",
+        "true to leave out light that comes straight from emitters",
     ),
     float("timeout", "accepted and ignored: see --time").or(-1.0),
     integer("samples_per_pass", "accepted and ignored"),
@@ -53,12 +56,12 @@ const BDPT: &[Parameter] = &[
     word(
         "heuristic",
         &["balance", "power"],
-        "how the strategies share a path",
+        "heuristic of multiple importance sampling",
     ),
     word(
         "connections",
         &["resampled", "all"],
-        "which pairs of vertices are connected",
+        "pairs of vertices to connect",
     ),
 ];
 
@@ -67,24 +70,28 @@ const AOV: &[Parameter] = &[
         "aovs",
         "quantities to show: `TYPE`, or `NAME:TYPE` as in Mitsuba",
     )
-    .or_computed("all of the way"),
+    .or_computed("all quantities of the path"),
     float(
         "reference_index",
-        "index of which optical path differences are taken",
+        "index of the reference of optical path differences",
     )
     .as_index()
     .or_computed("that of the surroundings"),
     float(
         "wavelength",
-        "in vacuum, scene units: what is counted as a wave",
+        "wavelength in vacuum, scene units, of which optical path differences are multiples",
     )
     .positive(),
 ];
 
 /// Parameters that set how tagged light is separated.
 pub(super) const TAGGED: &[Parameter] = &[
-    float("wavelength", "of the light in vacuum, scene units").positive(),
-    integer("orders", "the last sideband")
+    float(
+        "wavelength",
+        "wavelength of the light in vacuum, scene units",
+    )
+    .positive(),
+    integer("orders", "number of the last sideband")
         .within(0.0, 100.0)
         .or(1.0),
     integer(
@@ -97,7 +104,7 @@ pub(super) const TAGGED: &[Parameter] = &[
 
 const MERGING: &[Parameter] = &[float(
     "radius",
-    "how close vertices are that are merged in the first sample, scene units",
+    "radius within which the first sample merges vertices, scene units",
 )
 .positive()
 .or_computed("automatic")];
@@ -106,23 +113,20 @@ const PHOTONS: &[Parameter] = &[
     integer("photons", "light paths of each map")
         .within(1.0, 1e9)
         .or_computed("number of pixels"),
-    float(
-        "radius",
-        "how far from where they fell photons count, scene units",
-    )
-    .positive()
-    .or_computed("automatic"),
+    float("radius", "radius within which photons count, scene units")
+        .positive()
+        .or_computed("automatic"),
     word(
         "query",
         &["beam", "point"],
-        "which photons in media a sensor ray sees",
+        "photons in media that a sensor ray gathers",
     ),
 ];
 
 pub(super) const PLUGINS: &[Plugin] = &[
     own_plugin(
         "auto",
-        "Path, particle or bidirectional path tracing, whichever a pilot finds best.",
+        "Path tracing, particle tracing or bidirectional path tracing, chosen by a pilot render.",
         &[DEPTH, COMMON, BDPT],
         &[],
     ),
@@ -132,8 +136,8 @@ pub(super) const PLUGINS: &[Plugin] = &[
         &[DEPTH, COMMON],
         &[],
     ),
-    plugin("volpath", "The same as path.", &[DEPTH, COMMON], &[]),
-    plugin("volpathmis", "The same as path.", &[DEPTH, COMMON], &[]),
+    plugin("volpath", "Alias of path.", &[DEPTH, COMMON], &[]),
+    plugin("volpathmis", "Alias of path.", &[DEPTH, COMMON], &[]),
     plugin(
         "direct",
         "Light that scatters at most once, by path tracing.",
@@ -146,7 +150,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         &[DEPTH, COMMON],
         &[],
     ),
-    plugin("ptracer", "The same as particle.", &[DEPTH, COMMON], &[]),
+    plugin("ptracer", "Alias of particle.", &[DEPTH, COMMON], &[]),
     own_plugin(
         "bdpt",
         "Bidirectional path tracing.",
@@ -161,13 +165,13 @@ pub(super) const PLUGINS: &[Plugin] = &[
     ),
     plugin(
         "aov",
-        "Quantities of unscattered rays, instead of light or beside that of a nested integrator.",
+        "Quantities of unscattered rays, instead of light or beside the light of a nested integrator.",
         &[DEPTH, COMMON, AOV],
         &[
             role(
                 Volume,
                 "reference_index",
-                "The index of which optical path differences are taken, where it varies.",
+                "Index of the reference of optical path differences, where it varies.",
             ),
             many(
                 Integrator,
@@ -177,7 +181,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
     ),
     plugin(
         "moment",
-        "What the first of its integrators finds, and second moments of it.",
+        "Image of its first integrator, with second moments of the image.",
         &[],
         &[many(Integrator, "The first renders.")],
     ),

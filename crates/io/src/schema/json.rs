@@ -35,7 +35,7 @@ pub fn json_schema() -> String {
 fn scene_object(scene: &Plugin) -> Map<String, Value> {
     let plain = json!({"type": ["number", "boolean", "string", "array"]});
     let parameters = json!({
-        "description": "Values that \"$name\" stands for, and that -D name=value replaces.",
+        "description": "Values for \"$name\", which -D name=value replaces.",
         "type": "object",
         "additionalProperties": plain,
     });

@@ -13,7 +13,11 @@ const INDEX: &[Parameter] = &[float("ior", "index")
 
 const SCATTERING: &[Parameter] = &[
     spectrum("sigma_t", "extinction per scene unit, ≥ 0").or(1.0),
-    spectrum("albedo", "share that is scattered, 0 to 1").or(0.75),
+    spectrum(
+        "albedo",
+        "fraction of the extinction that is scattering, 0 to 1",
+    )
+    .or(0.75),
     spectrum(
         "sigma_s",
         "scattering per scene unit, ≥ 0; with sigma_a instead of sigma_t and albedo",
@@ -23,32 +27,35 @@ const SCATTERING: &[Parameter] = &[
     word(
         "material",
         &substance::TURBID_NAMES,
-        "a substance, in place of coefficients, for scenes in millimetres",
+        "name of a substance, instead of coefficients, for scenes in millimetres",
     ),
     word(
         "tissue",
         &tissue::NAMES,
-        "in place of coefficients and a phase function, for films of wavelengths and scenes in \
+        "name of a tissue, instead of coefficients and a phase function, for films of wavelengths and scenes in \
          millimetres",
     ),
-    float("blood", "share of a tissue's volume")
+    float("blood", "fraction of the tissue's volume")
         .within(0.0, 1.0)
         .or(0.0),
-    float("saturation", "share of its haemoglobin with oxygen")
-        .within(0.0, 1.0)
-        .or(0.0),
-    float("water", "share of a tissue's volume")
+    float(
+        "saturation",
+        "fraction of the haemoglobin that carries oxygen",
+    )
+    .within(0.0, 1.0)
+    .or(0.0),
+    float("water", "fraction of the tissue's volume")
         .within(0.0, 1.0)
         .or(0.0),
     float(
         "volume_fraction",
-        "share of the volume that the spheres of a phase function mie fill, in place of \
+        "fraction of the volume that the spheres of a phase function mie fill, instead of \
          coefficients; for scenes in millimetres",
     )
     .within(0.0, 0.741),
     float(
         "number_density",
-        "number of spheres in a cubic millimetre, in place of volume_fraction",
+        "number of spheres in a cubic millimetre, instead of volume_fraction",
     )
     .within(0.0, 1e18),
     float("scale", "factor of the extinction")
@@ -56,29 +63,29 @@ const SCATTERING: &[Parameter] = &[
         .or(1.0),
     spectrum(
         "emission",
-        "radiance in vacuum of a black body as warm as the medium, ≥ 0",
+        "radiance in vacuum of a black body with the temperature of the medium, ≥ 0",
     )
     .or(0.0),
     vector(
         "velocity",
-        "of what scatters light, in scene units per second, for records of light",
+        "velocity of the scatterers, in scene units per second, for records of light",
     )
     .or_triple([0.0, 0.0, 0.0]),
     boolean("sample_emitters", true, "accepted and ignored"),
     boolean("has_spectral_extinction", true, "accepted and ignored"),
 ];
 
-const FIELD: Slot = role(Volume, "ior", "The index where it varies.");
+const FIELD: Slot = role(Volume, "ior", "Refractive index that varies in space.");
 
 const CHILDREN: &[Slot] = &[
     FIELD,
-    role(Volume, "sigma_t", "The extinction where it varies."),
-    role(Volume, "albedo", "The albedo where it varies."),
-    role(Volume, "emission", "The emission where it varies."),
+    role(Volume, "sigma_t", "Extinction that varies in space."),
+    role(Volume, "albedo", "Albedo that varies in space."),
+    role(Volume, "emission", "Emission that varies in space."),
     role(
         Volume,
         "velocity",
-        "The velocity where it varies: a grid of three channels.",
+        "Velocity that varies in space: a grid of three channels.",
     ),
     one(
         PluginKind::Phase,
@@ -89,21 +96,22 @@ const CHILDREN: &[Slot] = &[
 pub(super) const PLUGINS: &[Plugin] = &[
     plugin(
         "homogeneous",
-        "Matter that scatters and absorbs.",
+        "A medium that scatters and absorbs.",
         &[SCATTERING, INDEX],
         CHILDREN,
     ),
     plugin(
         "heterogeneous",
-        "The same as homogeneous.",
+        "Alias of homogeneous.",
         &[SCATTERING, INDEX],
         CHILDREN,
     ),
-    own_plugin("transparent", "Clear matter.", &[INDEX], &[FIELD]),
+    own_plugin("transparent", "A clear medium.", &[INDEX], &[FIELD]),
 ];
 
 pub(super) const PHASES: &[Plugin] = &[
-    plugin("isotropic", "The same in all directions.", &[], &[]).phase(|_| Ok(Phase::isotropic())),
+    plugin("isotropic", "Equal scattering in all directions.", &[], &[])
+        .phase(|_| Ok(Phase::isotropic())),
     plugin(
         "hg",
         "Henyey–Greenstein.",
@@ -126,11 +134,11 @@ pub(super) const PHASES: &[Plugin] = &[
     .phase(|_| Ok(Phase::rayleigh())),
     own_plugin(
         "mie",
-        "Spheres of any size, by their index and that around them.",
+        "Mie scattering by spheres of any size.",
         &[&[
             float(
                 "radius",
-                "of spheres, or the median of a log-normal distribution, µm",
+                "radius of spheres, or median of a log-normal distribution, µm",
             )
             .positive()
             .required(),
@@ -141,11 +149,11 @@ pub(super) const PHASES: &[Plugin] = &[
             .within(1.0, 4.0)
             .or(1.0),
             spectrum("eta", "index of spheres, > 0").required(),
-            spectrum("k", "imaginary part of their index, ≥ 0").or(0.0),
-            spectrum("ext_eta", "index of the medium around, > 0").required(),
+            spectrum("k", "imaginary part of the index of spheres, ≥ 0").or(0.0),
+            spectrum("ext_eta", "index of the medium around the spheres, > 0").required(),
             float(
                 "wavelength",
-                "in vacuum, nm; required unless the film has wavelengths",
+                "wavelength in vacuum, nm; required unless the film has wavelengths",
             )
             .positive()
             .or_computed("that of the channel"),
@@ -155,7 +163,9 @@ pub(super) const PHASES: &[Plugin] = &[
     plugin(
         "blendphase",
         "A mixture of two phase functions.",
-        &[&[float("weight", "of the second").within(0.0, 1.0).required()]],
+        &[&[float("weight", "weight of the second bsdf")
+            .within(0.0, 1.0)
+            .required()]],
         &[
             many(PluginKind::Phase, "The two."),
             role(Volume, "weight", "A weight that varies in space."),
@@ -164,13 +174,13 @@ pub(super) const PHASES: &[Plugin] = &[
     own_plugin(
         "mixturephase",
         "A mixture of any number of phase functions.",
-        &[&[list("weights", "their shares, ≥ 0").required()]],
+        &[&[list("weights", "weights of the phase functions, ≥ 0").required()]],
         &[many(PluginKind::Phase, "As many as there are shares.")],
     ),
     plugin(
         "tabphase",
         "Values at equally spaced cosines.",
-        &[&[list("values", "two or more numbers ≥ 0, from cosine -1 to 1").required()]],
+        &[&[list("values", "at least two numbers ≥ 0, from cosine -1 to 1").required()]],
         &[],
     ),
 ];

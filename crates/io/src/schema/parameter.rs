@@ -366,5 +366,5 @@ pub(super) const fn index(name: &'static str, help: &'static str) -> Parameter {
 /// Map from local coordinates to the parent's coordinates.
 pub(super) const TO_WORLD: Parameter = transform(
     "to_world",
-    "from local coordinates to the parent's, invertible",
+    "transform from local coordinates to the coordinates of the parent; invertible",
 );

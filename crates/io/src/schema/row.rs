@@ -88,5 +88,9 @@ pub(super) const fn role(kind: PluginKind, name: &'static str, help: &'static st
 
 /// Makes a place for a texture that replaces the parameter `name`.
 pub(super) const fn texture(name: &'static str) -> Slot {
-    role(PluginKind::Texture, name, "A texture in its place.")
+    role(
+        PluginKind::Texture,
+        name,
+        "Texture instead of the number or colour.",
+    )
 }

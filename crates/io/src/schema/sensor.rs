@@ -8,11 +8,15 @@ use crate::scene::PluginKind::{Film, Medium, Rfilter, Sampler, Sensor, Texture};
 
 const CAMERA: &[Parameter] = &[
     TO_WORLD,
-    float("near_clip", "cuts nothing").or(0.01),
-    float("far_clip", "cuts nothing; the focus distance without any").or(1e4),
+    float("near_clip", "clipping plane; clips nothing").or(0.01),
+    float(
+        "far_clip",
+        "far clipping plane; clips nothing, but is the default of focus_distance",
+    )
+    .or(1e4),
     float("shutter_open", "accepted and ignored: nothing moves").or(0.0),
     float("shutter_close", "accepted and ignored").or(0.0),
-    spectrum("srf", "not modelled: use a film of wavelengths"),
+    spectrum("srf", "not supported: use a film of wavelengths"),
 ];
 
 pub(super) const VIEW: &[Parameter] = &[
@@ -22,85 +26,91 @@ pub(super) const VIEW: &[Parameter] = &[
     word(
         "fov_axis",
         &["x", "y", "smaller", "larger", "diagonal"],
-        "the side of the image that fov is across",
+        "side of the image across which fov measures",
     ),
     text(
         "focal_length",
-        "in place of fov: that of a lens for 35 mm film",
+        "focal length of a lens for 35 mm film, instead of fov",
     )
     .or_text("50mm"),
 ];
 
 const PINHOLE: &[Parameter] = &[
-    float("focus_distance", "accepted and ignored: all is in focus"),
+    float(
+        "focus_distance",
+        "accepted and ignored: everything is in focus",
+    ),
     float(
         "principal_point_offset_x",
-        "how far to the right the picture is taken from, in its width",
+        "offset of the principal point to the right, as a fraction of the image's width",
     )
     .within(-100.0, 100.0)
     .or(0.0),
-    float("principal_point_offset_y", "how far down, in its height")
-        .within(-100.0, 100.0)
-        .or(0.0),
+    float(
+        "principal_point_offset_y",
+        "offset of the principal point downwards, as a fraction of the image's height",
+    )
+    .within(-100.0, 100.0)
+    .or(0.0),
 ];
 
 const FOCUS_POINT: Parameter = point(
     "focus_point",
-    "in place of focus_distance: a point of the plane in focus, in the world",
+    "a point of the plane in focus, in the world, instead of focus_distance",
 );
 
 const APERTURE: &[Parameter] = &[
     integer(
         "blades",
-        "number of straight blades of an iris: a polygon with corners on the rim; else a disc",
+        "number of straight blades of an iris, which form a polygon with corners on the rim; default: a disc",
     )
     .within(3.0, 100.0),
     float(
         "blade_angle",
-        "where one corner is, from local x towards y, degrees",
+        "angle of one corner, from local x towards y, degrees",
     )
     .or(0.0),
     float(
         "obscuration",
-        "share of the aperture's radius that is covered in its middle",
+        "radius of a central obstruction, as a fraction of the aperture's radius",
     )
     .within(0.0, 0.95)
     .or(0.0),
     integer(
         "vanes",
-        "straight bars from the middle to the rim that cover the aperture",
+        "number of vanes: straight bars from the centre to the rim that cover the aperture",
     )
     .within(1.0, 100.0),
     float(
         "vane_width",
-        "as a share of the aperture's radius; required with vanes",
+        "width of a vane, as a fraction of the aperture's radius; required with vanes",
     )
     .positive()
     .at_most(1.0),
     float(
         "vane_angle",
-        "where one vane is, from local x towards y, degrees",
+        "angle of one vane, from local x towards y, degrees",
     )
     .or(0.0),
     boolean(
         "diffraction",
         false,
-        "whether the aperture diffracts; needs a film of wavelengths",
+        "true if the aperture diffracts; needs a film of wavelengths",
     ),
     float(
         "metres_per_unit",
-        "length of a scene unit; required with diffraction",
+        "length of a scene unit in metres; required with diffraction",
     )
     .positive(),
 ];
 
 const LENS: &[Parameter] = &[
-    float("aperture_radius", "local units")
+    float("aperture_radius", "radius of the aperture, local units")
         .positive()
         .required(),
     float(
         "focus_distance",
-        "of the plane in focus, along the axis, local units",
+        "distance of the plane in focus along the axis, local units",
     )
     .positive()
     .or_computed("far_clip"),
@@ -108,32 +118,35 @@ const LENS: &[Parameter] = &[
 ];
 
 const RAY: &[Parameter] = &[
-    point("origin", "in place of to_world, with direction"),
-    vector("direction", "in place of to_world, not zero"),
+    point(
+        "origin",
+        "origin, instead of to_world, together with direction",
+    ),
+    vector("direction", "direction, instead of to_world, not zero"),
 ];
 
 const TELECENTRIC: &[Parameter] = &[
     float(
         "acceptance_angle",
-        "half the angle of the cone of directions, degrees",
+        "half angle of the cone of directions, degrees",
     )
     .positive()
     .at_most(45.0)
     .required(),
     float(
         "focus_distance",
-        "of the plane in focus, along the axis, local units",
+        "distance of the plane in focus along the axis, local units",
     )
     .at_least(0.0)
     .or(0.0),
     FOCUS_POINT,
     vector(
         "knife_edge",
-        "towards the covered side, [x, y, 0] in local axes",
+        "direction towards the covered side, [x, y, 0] in local axes",
     ),
     float(
         "knife_angle",
-        "where the knife cuts, degrees, within the acceptance angle",
+        "angle at which the knife cuts, degrees, within the acceptance angle",
     )
     .or(0.0),
 ];
@@ -145,19 +158,22 @@ const READING: &[Parameter] = &[
     word(
         "normalization",
         &["absolute", "per_watt"],
-        "units of the emitters, or per unit of their power",
+        "normalisation: units of the emitters, or per unit of their power",
     ),
     float(
         "min_bound",
-        "least optical path length of the bins, scene units",
+        "smallest optical path length of the bins, scene units",
     )
     .or(0.0),
-    float("max_bound", "greatest optical path length"),
+    float(
+        "max_bound",
+        "largest optical path length of the bins, scene units",
+    ),
     float("bin_width", "width of a bin").positive(),
     boolean(
         "weight_windows",
         false,
-        "divides and terminates particles so that late bins are as accurate as early ones; particles take longer",
+        "true to split and terminate particles so that late bins are as accurate as early ones; particles take longer",
     ),
 ];
 
@@ -168,67 +184,68 @@ const CELLS: &[Parameter] = &[
         "shape of the cells",
     ),
     TO_WORLD,
-    integer("nx", "cells along x; required if cartesian").within(1.0, MOST_BINS),
-    integer("ny", "cells along y; required if cartesian").within(1.0, MOST_BINS),
-    integer("nz", "cells along z; required unless spherical").within(1.0, MOST_BINS),
-    integer("nr", "rings or shells; required unless cartesian").within(1.0, MOST_BINS),
+    integer("nx", "number of cells along x; required if cartesian").within(1.0, MOST_BINS),
+    integer("ny", "number of cells along y; required if cartesian").within(1.0, MOST_BINS),
+    integer("nz", "number of cells along z; required unless spherical").within(1.0, MOST_BINS),
+    integer("nr", "number of rings or shells; required unless cartesian").within(1.0, MOST_BINS),
     word(
         "estimator",
         &["track_length", "collision"],
-        "by the track lengths of particles, or by their collisions",
+        "estimator: by the track lengths of particles, or by their collisions",
     ),
-    float("gruneisen", "Γ; adds the initial pressure p0").at_least(0.0),
-    float("pulse_energy", "for p0, J").positive().or(1.0),
-    float("metres_per_unit", "for p0, length of a scene unit")
+    float(
+        "gruneisen",
+        "Grüneisen parameter Γ; adds the initial pressure p0",
+    )
+    .at_least(0.0),
+    float("pulse_energy", "pulse energy for p0, J")
         .positive()
         .or(1.0),
+    float(
+        "metres_per_unit",
+        "length of a scene unit in metres, for p0",
+    )
+    .positive()
+    .or(1.0),
 ];
 
 const SURFACE: &[Parameter] = &[
-    integer("nu", "bins of position along u")
+    integer("nu", "number of bins of position along u")
         .within(1.0, MOST_BINS)
         .or(1.0),
-    integer("nv", "bins of position along v")
+    integer("nv", "number of bins of position along v")
         .within(1.0, MOST_BINS)
         .or(1.0),
-    boolean(
-        "parts",
-        false,
-        "whether the sides of the shape are separate",
-    ),
-    integer("cosine_bins", "bins of the cosine").within(1.0, MOST_BINS),
+    boolean("parts", false, "true to separate the sides of the shape"),
+    integer("cosine_bins", "number of bins of the cosine").within(1.0, MOST_BINS),
     vector("cosine_axis", "axis of the cosine, not zero").or_computed("the normal"),
-    vector("center", "accepts light within a radius of this point"),
-    float("radius", "the radius").positive(),
-    float(
-        "numerical_aperture",
-        "accepts light with n sin θ up to this",
-    )
-    .positive(),
+    vector("center", "centre of the disc that accepts light"),
+    float("radius", "radius of the disc that accepts light").positive(),
+    float("numerical_aperture", "largest n sin θ of accepted light").positive(),
     boolean(
         "records",
         false,
-        "whether to keep a record of each particle that is accepted",
+        "true to keep a record of each accepted particle",
     ),
-    integer("max_records", "the most records that are kept")
+    integer("max_records", "maximum number of records")
         .at_least(1.0)
         .or(1e6),
     boolean(
         "tagged",
         false,
-        "whether records say what sound does to phases, and power is told apart by that",
+        "true to record phase shifts from the sound, and to separate power by them",
     ),
     boolean(
         "stokes",
         false,
-        "measures the Stokes parameters of power, and of records",
+        "true to measure the Stokes parameters of power and records",
     ),
 ];
 
 const TAGS: &[Parameter] = &[boolean(
     "tagged",
     false,
-    "whether fluence is told apart by what sound does to its phase",
+    "true to separate fluence by the phase shift from the sound",
 )];
 
 const PICTURE: &[Slot] = &[
@@ -242,7 +259,7 @@ const LENS_PICTURE: &[Slot] = &[
     role(
         Texture,
         "aperture",
-        "A square bitmap of the share of light that each part of the aperture lets pass.",
+        "A square bitmap of the transmittance of the aperture.",
     ),
     one(Film, "The image."),
     one(Rfilter, "Ignored: filters belong into the film."),
@@ -258,7 +275,7 @@ const METER: &[Slot] = &[
 pub(super) const PLUGINS: &[Plugin] = &[
     plugin(
         "perspective",
-        "A pinhole.",
+        "A pinhole camera.",
         &[VIEW, PINHOLE, CAMERA],
         PICTURE,
     ),
@@ -270,13 +287,13 @@ pub(super) const PLUGINS: &[Plugin] = &[
     ),
     plugin(
         "orthographic",
-        "Parallel rays; sees local [-1, 1] across.",
+        "Parallel rays over the local square [-1, 1]².",
         &[CAMERA],
         PICTURE,
     ),
     own_plugin(
         "telecentric",
-        "The same narrow cone of directions at every point, with a knife edge if wanted.",
+        "An equal narrow cone of directions at every point, optionally with a knife edge.",
         &[TELECENTRIC, APERTURE, CAMERA],
         LENS_PICTURE,
     ),
@@ -297,7 +314,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
     ),
     plugin(
         "radiancemeter",
-        "What comes along a ray: a pinhole that sees 0.001°.",
+        "Light along one ray: a pinhole camera with a view of 0.001°.",
         &[RAY, CAMERA],
         PICTURE,
     ),
@@ -309,7 +326,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
     ),
     plugin(
         "irradiancemeter",
-        "Power through the shape that it belongs to.",
+        "Power through its shape.",
         &[SURFACE, READING, TAGGED],
         METER,
     ),

@@ -7,38 +7,41 @@ use crate::scene::PluginKind::{Bsdf, Emitter, Medium, Sensor, Shape};
 
 const COMMON: &[Parameter] = &[
     TO_WORLD,
-    boolean("flip_normals", false, "turns the normals to the other side"),
+    boolean("flip_normals", false, "true to reverse the normals"),
 ];
 
 const MESH: &[Parameter] = &[
-    text("filename", "the file with the triangles").required(),
+    text("filename", "file with the triangles").required(),
     FACE_NORMALS,
 ];
 
 const FACE_NORMALS: Parameter = boolean(
     "face_normals",
     false,
-    "whether each triangle is shaded by its own normal, not by those of its corners",
+    "true to shade each triangle by its own normal instead of the normals of its vertices",
 );
 
 const DISTANCES: &[Parameter] = &[
-    text("filename", "a volume file of one channel; this or grid"),
+    text(
+        "filename",
+        "volume file of one channel; give filename or grid",
+    ),
     tensor("grid", "distances, (z, y, x, 1), negative inside"),
     word(
         "normals",
         &["smooth", "analytic"],
-        "accepted and ignored: they are means of those of the triangles around",
+        "accepted and ignored: the normal of a vertex is the mean over its triangles",
     ),
 ];
 
 const CURVE: &[Parameter] = &[
-    text("filename", "the file with the control points").required(),
+    text("filename", "file with the control points").required(),
     float("silhouette_sampling_weight", "accepted and ignored").or(1.0),
 ];
 
 const HAIR: &[Parameter] = &[
-    text("filename", "the file with the strands").required(),
-    float("radius", "of all strands, scaled as local z is")
+    text("filename", "file with the strands").required(),
+    float("radius", "radius of all strands, with the scale of local z")
         .positive()
         .or(0.025),
     float("angle_threshold", "accepted and ignored").or(1.0),
@@ -46,10 +49,10 @@ const HAIR: &[Parameter] = &[
 ];
 
 const ARRAYS: &[Parameter] = &[
-    tensor("vertex_positions", "positions, (n, 3)").required(),
+    tensor("vertex_positions", "positions of vertices, (n, 3)").required(),
     tensor(
         "faces",
-        "numbers of vertices from 0, (m, 3), counter-clockwise when seen from the front",
+        "indices of vertices from 0, (m, 3), counter-clockwise when seen from the front",
     )
     .required(),
     tensor("vertex_texcoords", "texture coordinates, (n, 2)"),
@@ -57,11 +60,11 @@ const ARRAYS: &[Parameter] = &[
         "vertex_normals",
         "normals for shading, (n, 3), of any length",
     ),
-    tensor("vertex_color", "linear colours, (n, 3)"),
+    tensor("vertex_color", "linear colours of vertices, (n, 3)"),
     FACE_NORMALS,
 ];
 
-const FLIP: Parameter = boolean("flip_tex_coords", false, "whether v becomes 1 − v")
+const FLIP: Parameter = boolean("flip_tex_coords", false, "true to replace v by 1 − v")
     .or_computed("true for obj and for corners in ply, else false");
 
 const CHILDREN: &[Slot] = &[
@@ -71,49 +74,46 @@ const CHILDREN: &[Slot] = &[
     ),
     one(Emitter, "An area light."),
     many(Sensor, "Irradiancemeters."),
-    role(Medium, "interior", "The medium inside."),
+    role(Medium, "interior", "Medium inside."),
     role(
         Medium,
         "exterior",
-        "The medium outside; that of the shape around it if it is not given.",
+        "Medium outside; default: the medium of the surrounding shape.",
     ),
 ];
 
 const LABELS: &[Parameter] = &[
     text(
         "filename",
-        "a volume file of labels, whole numbers ≥ 0; this or data",
+        "volume file of labels, whole numbers ≥ 0; give filename or data",
     ),
-    tensor("data", "the labels, (z, y, x)"),
-    text("dataset", "which of the file's arrays"),
-    text(
-        "axis_order",
-        "which axis of an array runs along which axis of space",
-    ),
+    tensor("data", "labels, (z, y, x)"),
+    text("dataset", "name of the array in the file"),
+    text("axis_order", "order of the axes of an array"),
     word(
         "placement",
         &["centers", "nodes"],
-        "labels are those of voxels: centers",
+        "placement of labels: at the centres of voxels",
     ),
     boolean(
         "use_grid_bbox",
         false,
-        "whether the box of a .vol file takes the place of the unit cube",
+        "true to use the box of a .vol file instead of the unit cube",
     ),
     TO_WORLD,
     word(
         "surface",
         &["voxels", "smooth"],
-        "where labels of different index meet: at the faces of voxels, or smoothed",
+        "surface between labels of different index: the faces of voxels, or smoothed",
     ),
     boolean(
         "refraction",
         true,
-        "whether light is refracted and reflected where the index jumps",
+        "true to refract and reflect light where the index jumps",
     ),
     tensor(
         "properties",
-        "mu_a, mu_s, g, n of labels 0, 1, ...: (labels, 4); in place of media",
+        "mu_a, mu_s, g, n of labels 0, 1, ...: (labels, 4); instead of media",
     ),
 ];
 
@@ -125,21 +125,21 @@ const LABEL_CHILDREN: &[Slot] = &[
     role(
         Medium,
         "exterior",
-        "The medium outside and of label 0; that around if it is not given.",
+        "Medium outside and of label 0; default: the surrounding medium.",
     ),
     many(Sensor, "Irradiancemeters at the surface around all labels."),
 ];
 
 const SPHERE: &[Parameter] = &[
-    point("center", "local units").or_triple([0.0, 0.0, 0.0]),
-    float("radius", "local units").positive().or(1.0),
+    point("center", "centre, local units").or_triple([0.0, 0.0, 0.0]),
+    float("radius", "radius, local units").positive().or(1.0),
 ];
 
 const CYLINDER: &[Parameter] = &[
-    point("p0", "one end of the axis").or_triple([0.0, 0.0, 0.0]),
-    point("p1", "the other end").or_triple([0.0, 0.0, 1.0]),
-    float("radius", "local units").positive().or(1.0),
-    boolean("capped", false, "whether the ends are closed"),
+    point("p0", "first end of the axis").or_triple([0.0, 0.0, 0.0]),
+    point("p1", "second end of the axis").or_triple([0.0, 0.0, 1.0]),
+    float("radius", "radius, local units").positive().or(1.0),
+    boolean("capped", false, "true to close the ends"),
 ];
 
 pub(super) const PLUGINS: &[Plugin] = &[
@@ -149,7 +149,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         &[SPHERE, COMMON],
         CHILDREN,
     ),
-    plugin("cube", "[-1, 1]³.", &[COMMON], CHILDREN),
+    plugin("cube", "The cube [-1, 1]³.", &[COMMON], CHILDREN),
     plugin(
         "rectangle",
         "[-1, 1]² at z = 0, facing +z.",
@@ -164,7 +164,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
     ),
     plugin(
         "cylinder",
-        "The side of a cylinder, with caps if wanted.",
+        "The side of a cylinder, optionally with caps.",
         &[CYLINDER, COMMON],
         CHILDREN,
     ),
@@ -182,16 +182,16 @@ pub(super) const PLUGINS: &[Plugin] = &[
     ),
     own_plugin(
         "mesh",
-        "Triangles that the scene itself holds.",
+        "Triangles in the scene itself.",
         &[ARRAYS, COMMON],
         CHILDREN,
     ),
     plugin(
         "serialized",
-        "A mesh of Mitsuba's own format.",
+        "A mesh in Mitsuba's own format.",
         &[
             MESH,
-            &[integer("shape_index", "which of the file's meshes")
+            &[integer("shape_index", "number of the mesh in the file")
                 .at_least(0.0)
                 .or(0.0)],
             COMMON,
@@ -200,7 +200,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
     ),
     own_plugin(
         "gltf",
-        "Triangles of all nodes of a glTF file's scene.",
+        "Triangles of all nodes of the scene in a glTF file.",
         &[MESH, COMMON],
         CHILDREN,
     ),
@@ -212,37 +212,37 @@ pub(super) const PLUGINS: &[Plugin] = &[
     ),
     plugin(
         "linearcurve",
-        "Balls that are swept along lines.",
+        "Balls swept along lines.",
         &[CURVE, COMMON],
         CHILDREN,
     ),
     own_plugin(
         "hair",
-        "Strands of hair of Mitsuba 0.6: balls that are swept along lines.",
+        "Strands of hair of Mitsuba 0.6: balls swept along lines.",
         &[HAIR, COMMON],
         CHILDREN,
     ),
     plugin(
         "sdfgrid",
-        "Where distances on a grid over [0, 1]³ are zero.",
+        "The surface where distances on a grid over [0, 1]³ are zero.",
         &[DISTANCES, COMMON],
         CHILDREN,
     ),
     own_plugin(
         "labels",
-        "A volume of labelled voxels, each label a medium.",
+        "A volume of labelled voxels with a medium for each label.",
         &[LABELS],
         LABEL_CHILDREN,
     ),
     plugin(
         "merge",
-        "Shapes, which stay what they are.",
+        "Several shapes, with their own bsdfs and media.",
         &[],
         &[many(Shape, "The shapes.")],
     ),
     plugin(
         "shapegroup",
-        "Shapes that instances copy.",
+        "A group of shapes that instances copy.",
         &[],
         &[many(Shape, "The shapes.")],
     ),

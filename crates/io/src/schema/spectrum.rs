@@ -6,8 +6,12 @@ use super::{Parameter, Plugin};
 use crate::scene::PluginKind;
 
 const RANGE: &[Parameter] = &[
-    float("wavelength_min", "nm").positive().or(360.0),
-    float("wavelength_max", "nm").positive().or(830.0),
+    float("wavelength_min", "smallest wavelength, nm")
+        .positive()
+        .or(360.0),
+    float("wavelength_max", "largest wavelength, nm")
+        .positive()
+        .or(830.0),
 ];
 pub(super) const PLUGINS: &[Plugin] = &[
     plugin(
@@ -15,7 +19,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "Daylight: the illuminant D65, white on a colour film.",
         &[&[
             float("scale", "luminance").or(1.0),
-            spectrum("color", "an RGB value, times D65"),
+            spectrum("color", "RGB value, times D65"),
         ]],
         &[one(PluginKind::Texture, "A texture, times D65.")],
     ),
@@ -35,13 +39,13 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "regular",
         "Values at wavelengths of equal distance.",
         &[&[
-            float("wavelength_min", "of the first, nm")
+            float("wavelength_min", "first wavelength, nm")
                 .positive()
                 .required(),
-            float("wavelength_max", "of the last, nm")
+            float("wavelength_max", "last wavelength, nm")
                 .positive()
                 .required(),
-            list("values", "two or more").required(),
+            list("values", "at least two values").required(),
         ]],
         &[],
     ),
@@ -49,30 +53,34 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "irregular",
         "Values at wavelengths.",
         &[&[
-            list("wavelengths", "nm, increasing").required(),
-            list("values", "as many").required(),
+            list("wavelengths", "wavelengths in nm, increasing").required(),
+            list(
+                "values",
+                "values at the wavelengths, as many as wavelengths",
+            )
+            .required(),
         ]],
         &[],
     ),
     plugin(
         "uniform",
         "A number, the same in every channel.",
-        &[&[float("value", "the number").required()], RANGE],
+        &[&[float("value", "number").required()], RANGE],
         &[],
     ),
     plugin(
         "srgb",
         "A colour.",
         &[&[
-            spectrum("color", "an RGB value").required(),
-            boolean("unbounded", false, "whether it may lie outside [0, 1]"),
+            spectrum("color", "RGB value").required(),
+            boolean("unbounded", false, "true to allow values outside [0, 1]"),
         ]],
         &[],
     ),
     plugin(
         "rawconstant",
         "A number, or red, green and blue.",
-        &[&[vector("value", "one number or three").required()]],
+        &[&[vector("value", "one number, or three numbers").required()]],
         &[],
     ),
 ];

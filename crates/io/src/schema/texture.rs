@@ -5,32 +5,36 @@ use super::row::{one, own_plugin, plugin, texture};
 use super::{Parameter, Plugin};
 use crate::scene::PluginKind::{Texture, Volume};
 
-const TO_UV: Parameter = transform("to_uv", "applied to (u, v) first");
+const TO_UV: Parameter = transform("to_uv", "transform of (u, v)");
 
 const BITMAP: &[Parameter] = &[
     text(
         "filename",
-        ".exr, .hdr, .pfm, .png, .jpg, .bmp or .tga; this, or data",
+        "image file: .exr, .hdr, .pfm, .png, .jpg, .bmp or .tga; give filename or data",
     ),
     tensor(
         "data",
-        "the pixels themselves, linear: (rows, columns), or three axes with one or three channels",
+        "linear pixels: (rows, columns), or three axes with one or three channels",
     ),
     boolean(
         "raw",
         false,
-        "whether the file's numbers are not decoded from sRGB",
+        "true to use the file's numbers without decoding them from sRGB",
     ),
     word(
         "format",
         &["auto", "variant", "float16", "fp16", "uint8"],
         "accepted and ignored",
     ),
-    word("filter_type", &["bilinear", "nearest"], "between pixels"),
+    word(
+        "filter_type",
+        &["bilinear", "nearest"],
+        "interpolation between pixels",
+    ),
     word(
         "wrap_mode",
         &["repeat", "mirror", "clamp"],
-        "outside the unit square",
+        "continuation outside the unit square",
     ),
     TO_UV,
 ];
@@ -39,10 +43,10 @@ pub(super) const PLUGINS: &[Plugin] = &[
     plugin("bitmap", "An image.", &[BITMAP], &[]),
     plugin(
         "checkerboard",
-        "Two by two fields in each unit square.",
+        "A board of two by two fields in each unit square.",
         &[&[
-            spectrum("color0", "of one field").or(0.4),
-            spectrum("color1", "of the other").or(0.2),
+            spectrum("color0", "value of the first kind of fields").or(0.4),
+            spectrum("color1", "value of the second kind of fields").or(0.2),
             TO_UV,
         ]],
         &[texture("color0"), texture("color1")],
@@ -60,14 +64,14 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "scale",
         "A texture times a factor.",
         &[&[
-            spectrum("scale", "the factor, ≥ 0").or(1.0),
-            spectrum("value", "in place of the texture"),
+            spectrum("scale", "factor, ≥ 0").or(1.0),
+            spectrum("value", "colour or number instead of the texture"),
         ]],
         &[one(Texture, "The texture.")],
     ),
     plugin(
         "volume",
-        "A quantity in space at the points of the surface.",
+        "A volume, evaluated at the points of the surface.",
         &[],
         &[one(Volume, "A gridvolume or constvolume.")],
     ),

@@ -11,47 +11,47 @@ use crate::scene::PluginKind::Volume;
 const PLACED: &[Parameter] = &[TO_WORLD];
 
 const FILE: &[Parameter] = &[
-    text("filename", "the file with the samples; this, or data"),
-    tensor(
-        "data",
-        "the samples themselves: an array of 3 axes, or 4 with channels",
+    text("filename", "file with the samples; give filename or data"),
+    tensor("data", "samples: an array of 3 axes, or 4 with channels"),
+    text(
+        "dataset",
+        "name of the array in the file; required for HDF5",
     ),
-    text("dataset", "which of a file's arrays; required for HDF5"),
     text(
         "axis_order",
-        "which axis of the array is which, such as zyx; required where the format does not say; zyx for data",
+        "order of the array's axes, such as zyx; required if the format does not state it; zyx for data",
     ),
     word(
         "placement",
         &["centers", "nodes"],
-        "where samples sit; required for an index, unless the file says it",
+        "placement of the samples; required for an index, unless the file states it",
     )
     .or_nothing(),
     TO_WORLD,
     boolean(
         "use_grid_bbox",
         false,
-        "whether the bounding box of a .vol file takes the place of the unit cube",
+        "true to use the bounding box of a .vol file instead of the unit cube",
     ),
 ];
 
 const NUMBERS: &[Parameter] = &[
-    float("scale", "factor of the file's numbers").or(1.0),
-    float("offset", "added to them").or(0.0),
+    float("scale", "factor of the samples").or(1.0),
+    float("offset", "offset added to the samples").or(0.0),
 ];
 
 const SMOOTHING: &[Parameter] = &[
     number_or_word(
         "smoothing",
         &["none", "auto"],
-        "standard deviation of the samples' noise, by which the spline may pass \
-         them; or auto: that of their rounding",
+        "standard deviation of the samples' noise, by which the spline may miss them; auto for \
+         their rounding error",
     )
     .at_least(0.0),
     boolean(
         "condense",
         true,
-        "whether a grid that is finer than its field is held by fewer samples, which change it by its rounding at most",
+        "true to store a grid that is finer than its field with fewer samples, which changes it by at most its rounding",
     ),
 ];
 
@@ -60,98 +60,114 @@ const GRID: &[Parameter] = &[
     word(
         "wrap_mode",
         &["clamp", "repeat", "mirror"],
-        "accepted: the outermost samples continue",
+        "accepted: the outermost samples are continued",
     ),
     boolean("raw", true, "accepted and ignored"),
     boolean("accel", true, "accepted and ignored"),
 ];
 
 const LAW: &[Parameter] = &[
-    float("reference", "density or pressure at which the index is n0").or(0.0),
-    float("scale", "factor of the samples' effect").or(1.0),
+    float("reference", "density or pressure with the index n0").or(0.0),
+    float("scale", "factor of the change of the index").or(1.0),
 ];
 
 const N0: Parameter = float("n0", "index").as_index().required();
 const ORIGIN: Parameter =
     point("origin", "a point on the axis, or where n = n0").or_triple([0.0, 0.0, 0.0]);
-const CENTER: Parameter = point("center", "the middle").or_triple([0.0, 0.0, 0.0]);
-const DIRECTION: Parameter = vector("direction", "of the axis").or_triple([0.0, 0.0, 1.0]);
+const CENTER: Parameter = point("center", "centre").or_triple([0.0, 0.0, 0.0]);
+const DIRECTION: Parameter =
+    vector("direction", "direction of the axis").or_triple([0.0, 0.0, 1.0]);
 const SLOPE: Parameter = vector("slope", "gradient per scene unit").required();
-const DN_DP: Parameter =
-    float("dn_dp", "index per pascal; needed with a pressure").within(-1e-6, 1e-6);
+const DN_DP: Parameter = float(
+    "dn_dp",
+    "change of the index per pascal; required with pressure",
+)
+.within(-1e-6, 1e-6);
 
 const ELASTO_OPTIC: &[Parameter] = &[float(
     "elasto_optic",
-    "ρc² ∂n/∂p of the medium; needed for tagged light. Samples are those of sound where a \
+    "ρc² ∂n/∂p of the medium; required for tagged light. Samples are sound if a \
      frequency is given",
 )
 .positive()];
 
 const MODE: &[Parameter] = &[
-    float("amplitude", "of the index; this, or pressure and dn_dp"),
+    float(
+        "amplitude",
+        "amplitude of the index; give amplitude, or pressure and dn_dp",
+    ),
     float("pressure", "amplitude, Pa"),
     DN_DP,
-    integer("order", "m").within(0.0, 64.0).or(0.0),
-    float("phase", "of the azimuth, radians").or(0.0),
-    float("time_phase", "radians").or(0.0),
+    integer("order", "azimuthal order m")
+        .within(0.0, 64.0)
+        .or(0.0),
+    float("phase", "phase of the azimuth, radians").or(0.0),
+    float("time_phase", "phase of the oscillation, radians").or(0.0),
     float(
         "wave_number",
-        "radians per scene unit; this, or frequency and sound_speed",
+        "wave number in radians per scene unit; give it, or frequency and sound_speed",
     )
     .positive(),
-    float("frequency", "Hz").positive(),
+    float("frequency", "frequency, Hz").positive(),
     float("sound_speed", "scene units per second").positive(),
 ];
 
 const IN_TIME: &[Parameter] = &[
     float(
         "frequency",
-        "Hz: samples are complex amplitudes, or a series in time",
+        "frequency in Hz, if samples are complex amplitudes or a time series",
     )
     .positive(),
     float(
         "sound_speed",
-        "scene units per second; required with frequency",
+        "speed of sound in scene units per second; required with frequency",
     )
     .positive(),
-    float("time_phase", "with frequency: radians").or(0.0),
-    float("time_step", "s: the channels are instants")
-        .positive()
-        .or_computed("the file's"),
-    float("periods", "the last so many are fitted")
+    float("time_phase", "phase in radians, with frequency").or(0.0),
+    float(
+        "time_step",
+        "time between channels in s, if the channels are instants",
+    )
+    .positive()
+    .or_computed("the file's"),
+    float("periods", "number of last samples to fit")
         .positive()
         .or_computed("those of the second half"),
-    integer("frame", "the channel that is taken").at_least(0.0),
+    integer("frame", "number of the channel").at_least(0.0),
 ];
 
 const SOURCE: &[Parameter] = &[
     word(
         "aperture",
         &["bowl", "piston", "linear_array", "ring_array"],
-        "the surface that moves",
+        "shape of the moving surface",
     )
     .required(),
     float(
         "radius",
-        "of curvature of a bowl, or of the ring, scene units",
+        "radius of curvature of a bowl, or radius of the ring, scene units",
     )
     .positive(),
-    float("diameter", "of a bowl's rim or a piston, scene units").positive(),
+    float(
+        "diameter",
+        "radius of the rim of a bowl, or of a piston, scene units",
+    )
+    .positive(),
     float(
         "pressure",
-        "density times speed of sound times velocity of the surface, Pa",
+        "source pressure: density × speed of sound × velocity of the surface, Pa",
     )
     .required(),
-    float("frequency", "Hz").positive().required(),
+    float("frequency", "frequency, Hz").positive().required(),
     float("sound_speed", "scene units per second")
         .positive()
         .required(),
-    float("time_phase", "radians").or(0.0),
+    float("time_phase", "phase of the oscillation, radians").or(0.0),
     ORIGIN,
     DIRECTION,
     vector(
         "reference",
-        "along a linear array, to the first element of a ring",
+        "direction along a linear array, or to the first element of a ring",
     )
     .or_computed("x, or y if the direction is nearly x"),
 ];
@@ -160,16 +176,16 @@ const ELEMENTS: &[Parameter] = &[
     integer("elements", "number of elements of an array").within(1.0, 1048576.0),
     float(
         "pitch",
-        "from an element of a linear array to the next, scene units",
+        "distance between neighbouring elements of a linear array, scene units",
     )
     .positive(),
-    float("width", "of an element, along the array, scene units")
+    float("width", "size of an element along the array, scene units")
         .positive()
         .or_computed("all that there is"),
-    float("height", "of an element, across the array, scene units").positive(),
-    point("focus", "where all elements are in phase"),
-    list("delays", "of the elements, s; in place of a focus").or(0.0),
-    list("apodization", "factors of the elements' amplitudes").or(1.0),
+    float("height", "size of an element across the array, scene units").positive(),
+    point("focus", "point at which all elements are in phase"),
+    list("delays", "delays of the elements, s; instead of a focus").or(0.0),
+    list("apodization", "factors of the amplitudes of the elements").or(1.0),
 ];
 
 const REGION: &[Parameter] = &[
@@ -177,21 +193,21 @@ const REGION: &[Parameter] = &[
     DN_DP.required(),
     point(
         "min",
-        "least corner of the box in which the sound is computed",
+        "smallest corner of the box in which the sound is computed",
     )
     .required(),
-    point("max", "its greatest corner").required(),
-    float("spacing", "of samples at most, scene units")
+    point("max", "largest corner of this box").required(),
+    float("spacing", "largest spacing of samples, scene units")
         .positive()
         .or_computed("a tenth of a wavelength"),
 ];
 
 const COORDINATES: &[&str] = &["r", "rho", "x", "y", "z"];
 
-const OF_FORMULA: &Parameter = &float("(any name)", "a number that the formula uses by this name");
+const OF_FORMULA: &Parameter = &float("(any name)", "number that the formula uses by this name");
 
 /// Wavelength in vacuum, within the range for which the formula for the index of air was fitted.
-const OF_AIR: Parameter = float("wavelength", "of air, nm")
+const OF_AIR: Parameter = float("wavelength", "wavelength in air, nm")
     .within(230.0, 1690.0)
     .or_computed("the channel's");
 /// Gladstone–Dale constant of a gas other than air.
@@ -200,14 +216,14 @@ const OF_GAS: Parameter =
 
 const DISPERSION: &[Parameter] = &[float(
     "reference_wavelength",
-    "nm: where a nested volume gives the index; required with it",
+    "wavelength in nm at which a nested volume gives the index; required with this volume",
 )
 .positive()];
 
 pub(super) const PLUGINS: &[Plugin] = &[
     own_plugin(
         "constant",
-        "The same index everywhere.",
+        "An index that is equal everywhere.",
         &[&[float("value", "index").as_index().required()], PLACED],
         &[],
     ),
@@ -255,7 +271,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "n = n0/(1 + r²/radius²).",
         &[
             &[
-                float("n0", "index in the middle").as_index().or(2.0),
+                float("n0", "index at the centre").as_index().or(2.0),
                 CENTER,
                 float("radius", "scene units").positive().or(1.0),
             ],
@@ -269,7 +285,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         &[
             &[
                 N0,
-                float("delta", "height").required(),
+                float("delta", "height of the bell").required(),
                 CENTER,
                 float("width", "scene units").positive().required(),
             ],
@@ -279,13 +295,13 @@ pub(super) const PLUGINS: &[Plugin] = &[
     ),
     own_plugin(
         "acoustic",
-        "Standing sound around an axis: one mode, or nested ones.",
+        "Standing sound around an axis: one mode, or several nested modes.",
         &[
             &[
                 N0,
                 ORIGIN,
                 DIRECTION,
-                vector("reference", "where the azimuth is 0").or_computed("any"),
+                vector("reference", "direction in which the azimuth is 0").or_computed("any"),
             ],
             MODE,
             ELASTO_OPTIC,
@@ -300,7 +316,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         &[
             &[
                 text("n", "formula of the index; this, or n2"),
-                text("n2", "formula of its square"),
+                text("n2", "formula of the square of the index"),
             ],
             PLACED,
         ],
@@ -309,22 +325,22 @@ pub(super) const PLUGINS: &[Plugin] = &[
     .with_others(OF_FORMULA),
     own_plugin(
         "profile",
-        "An index that varies with one coordinate, by a table.",
+        "An index from a table, which varies with one coordinate.",
         &[
             &[
                 word(
                     "coordinate",
                     COORDINATES,
-                    "what it varies with: the distance from the origin or from the z axis, or a \
-                     coordinate",
+                    "coordinate of the table: distance from the origin (r) or from the z axis (rho), \
+                     or x, y or z",
                 )
                 .required(),
-                list("table", "pairs: coordinate, index; this, data or filename"),
-                tensor("data", "the same as an array of two columns"),
-                text("filename", "a text file with two columns"),
+                list("table", "pairs of coordinate and index; give table, data or filename"),
+                tensor("data", "table as an array of two columns"),
+                text("filename", "text file with two columns"),
                 float(
                     "shift",
-                    "added to the table's coordinates, such as a radius to heights",
+                    "offset added to the coordinates of the table, for example a planet's radius to convert heights",
                 )
                 .or(0.0),
             ],
@@ -337,8 +353,8 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "The index of the US Standard Atmosphere of 1976, above the plane z = 0 or around a sphere.",
         &[
             &[
-                float("radius", "of the sphere around the origin").positive(),
-                float("metres_per_unit", "metres in a scene unit")
+                float("radius", "radius of the sphere around the origin").positive(),
+                float("metres_per_unit", "length of a scene unit in metres")
                     .positive()
                     .or(1.0),
                 OF_AIR,
@@ -390,7 +406,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
     ),
     own_plugin(
         "sum",
-        "Perturbations of a reference index, added in n².",
+        "A reference index with perturbations that are added in n².",
         &[&[float("reference", "index").as_index().or(1.0)], PLACED],
         &[many(Volume, "The terms.")],
     ),
@@ -399,8 +415,8 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "n = a + b/λ² + c/λ⁴, λ in µm.",
         &[
             &[
-                float("a", "no unit").positive().required(),
-                float("b", "µm²").or(0.0),
+                float("a", "coefficient a").positive().required(),
+                float("b", "coefficient b, µm²").or(0.0),
                 float("c", "µm⁴").or(0.0),
             ],
             DISPERSION,
@@ -412,12 +428,12 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "n² = 1 + Σ bᵢλ²/(λ² − cᵢ), λ in µm.",
         &[
             &[
-                float("b1", "no unit").required(),
-                float("c1", "µm²").at_least(0.0).required(),
-                float("b2", "no unit").or(0.0),
-                float("c2", "µm²").at_least(0.0).or(0.0),
-                float("b3", "no unit").or(0.0),
-                float("c3", "µm²").at_least(0.0).or(0.0),
+                float("b1", "coefficient b₁").required(),
+                float("c1", "coefficient c₁, µm²").at_least(0.0).required(),
+                float("b2", "coefficient b₂").or(0.0),
+                float("c2", "coefficient c₂, µm²").at_least(0.0).or(0.0),
+                float("b3", "coefficient b₃").or(0.0),
+                float("c3", "coefficient c₃, µm²").at_least(0.0).or(0.0),
             ],
             DISPERSION,
         ],
@@ -431,9 +447,9 @@ pub(super) const PLUGINS: &[Plugin] = &[
     ),
     plugin(
         "constvolume",
-        "The same extinction or albedo everywhere.",
+        "An extinction or albedo that is equal everywhere.",
         &[&[
-            spectrum("value", "as the quantity that it stands for").required(),
+            spectrum("value", "value of the quantity").required(),
             TO_WORLD,
         ]],
         &[],
