@@ -133,10 +133,10 @@ fn other_outputs_are_told() {
         ("F", None),
         (
             "X",
-            Some("the fluence rate is 'fluence' over the width of a time gate"),
+            Some("divide 'fluence' by the width of a time gate"),
         ),
-        ("energy", Some("the energy density is 'absorbed'")),
-        ("J", Some("nothing else is measured")),
+        ("energy", Some("for the energy density, read 'absorbed'")),
+        ("J", Some("morgana measures nothing else")),
     ] {
         let mut other = input();
         other["Session"]["OutputType"] = json!(kind);
@@ -176,7 +176,7 @@ fn photons_are_counted_in_whole_numbers() {
     let mut half = input();
     half["Session"]["Photons"] = json!(1000.5);
     let refused = load(&half).map(|_| ()).unwrap_err();
-    assert!(refused.contains("Photons is a whole number"), "{refused}");
+    assert!(refused.contains("Photons must be a whole number"), "{refused}");
     half["Session"]["Photons"] = json!(1e3);
     assert!(load(&half).is_ok());
 }
@@ -371,21 +371,21 @@ fn mistakes() {
     );
     refused(
         |f| f["Optode"]["Source"]["Dir"] = json!([0, 0, 0]),
-        "Dir is a direction",
+        "Dir must be a direction",
     );
     refused(
         |f| f["Optode"]["Source"]["Pos"] = json!([[1, 2, 3, 1], [2, 3, 4, 1]]),
         "have a row for each source",
     );
     refused(|f| f["Optode"] = json!({}), "Optode needs a Source");
-    refused(|f| f["Domain"]["Media"] = json!(3), "Media is a list");
+    refused(|f| f["Domain"]["Media"] = json!(3), "Media must be a list");
     refused(
         |f| f["Domain"]["Media"][1]["mua"] = json!("x"),
         "mua is a number",
     );
     refused(
         |f| f["Shapes"] = json!({"Torus": 1}),
-        "Shapes is a list of shapes, or an array of JData",
+        "Shapes must be a list of shapes, or an array of JData",
     );
     refused(
         |f| f["Shapes"][2] = json!({"Torus": {}}),
@@ -399,14 +399,14 @@ fn mistakes() {
         |f| f["Shapes"] = json!([{"Grid": {"Tag": 1, "Size": [1e9, 1e9, 1e9]}}]),
         "Size: too large",
     );
-    refused(|f| f["Forward"]["T1"] = json!(0), "times T0 < T1");
+    refused(|f| f["Forward"]["T1"] = json!(0), "T1 above T0");
     refused(
         |f| f["Optode"]["Detector"] = json!([{"Pos": [1, 2, 3], "R": 0}]),
-        "the radius R of a detector is positive",
+        "the radius R of a detector must be above 0",
     );
     refused(
         |f| f["Optode"]["Detector"] = json!([{"Pos": [1, 2, 3], "R": 1, "Angle": 5}]),
-        "'Angle' is not read",
+        "morgana does not support 'Angle'",
     );
     refused(
         |f| f["Optode"]["Detector"] = json!([[1, 2, 3]]),

@@ -272,7 +272,7 @@ fn mistakes() {
     let arrays = [
         (
             json!({"_ArrayType_": "uint8", "_ArraySize_": [4, 3, 2], "_ArrayZipType_": "lzma", "_ArrayZipData_": zeros}),
-            "none of zlib, gzip",
+            "must be zlib, gzip",
         ),
         (
             json!({"_ArrayType_": "uint8", "_ArraySize_": [4, 3, 3], "_ArrayZipType_": "zlib", "_ArrayZipData_": zeros}),
@@ -292,7 +292,7 @@ fn mistakes() {
         ),
         (
             json!({"_ArrayType_": "uint8", "_ArraySize_": [1e9, 1e9, 1e9], "_ArrayZipType_": "zlib", "_ArrayZipData_": zeros}),
-            "_ArraySize_ is that of",
+            "an array needs _ArraySize_",
         ),
         (
             json!({"_ArrayType_": "uint8", "_ArraySize_": [1200, 1200, 1200], "_ArrayZipType_": "zlib", "_ArrayZipData_": zeros}),
@@ -316,7 +316,7 @@ fn mistakes() {
         ),
         (
             json!({"_ArrayType_": "uint8", "_ArraySize_": [1, 3, 2], "_ArrayOrder_": "c", "_ArrayData_": [1, 2]}),
-            "'_ArrayOrder_' is not read",
+            "morgana does not support '_ArrayOrder_'",
         ),
     ];
     let pencil = json!({"Pos": [1, 1, -1], "Dir": [0, 0, 1]});
@@ -347,17 +347,20 @@ fn mistakes() {
             "3 values of its Pattern, not 2 x 1",
         ),
         (json!({"Pattern": {"Data": [1, -1]}}), "at least 0, not -1"),
-        (json!({"Pattern": {"Data": [0, 0]}}), "dark everywhere"),
+        (json!({"Pattern": {"Data": [0, 0]}}), "all values of its Pattern are 0"),
         (json!({"Pattern": {"Data": "none.bin"}}), "none.bin"),
         (json!({"Param1": [6, 0, 0, 0]}), "columns and rows"),
         (json!({"Param2": [4, 4, 0, 1]}), "perpendicular"),
-        (json!({"SrcNum": 2}), "SrcNum is 1"),
+        (json!({"SrcNum": 2}), "SrcNum must be 1"),
         (
             json!({"Type": "fourier", "Param1": [6, 0, 0, 4000], "Param2": [0, 4, 0, 4000]}),
             "pixels per period",
         ),
         (json!({"Pos": [2, 2, -1, -1]}), "weight of a source"),
-        (json!({"Pos": []}), "Pos is a list of 3 or more numbers"),
+        (
+            json!({"Pos": []}),
+            "Pos must be a list of at least 3 numbers",
+        ),
     ] {
         let message = load(&pattern(change)).expect_err(expected);
         assert!(

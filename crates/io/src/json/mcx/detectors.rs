@@ -16,13 +16,16 @@ pub(super) fn meters(
         Json::Tensor(table) => table.rows().unwrap_or_else(|error| {
             reader.error(
                 node,
-                format!("detectors are rows of x, y, z and a radius: {error}"),
+                format!("each detector must be a row of x, y, z and radius: {error}"),
             );
             Vec::new()
         }),
         Json::Object(_) => one(node, reader).into_iter().collect(),
         _ => {
-            reader.error(node, "Detector is a list of {\"Pos\", \"R\"}");
+            reader.error(
+                node,
+                "Detector must be a list of {\"Pos\": [x, y, z], \"R\": radius}",
+            );
             Vec::new()
         }
     };
@@ -44,7 +47,10 @@ fn one(node: &Node, reader: &mut Reader) -> Option<[f64; 4]> {
         return Some([x, y, z, radius]);
     }
     if !matches!(node.json, Json::Object(_)) {
-        reader.error(node, "a detector is {\"Pos\": [x, y, z], \"R\": radius}");
+        reader.error(
+            node,
+            "a detector must be {\"Pos\": [x, y, z], \"R\": radius}",
+        );
         return None;
     }
     reader.known(node, &["Pos", "R"], &[]);
@@ -52,7 +58,7 @@ fn one(node: &Node, reader: &mut Reader) -> Option<[f64; 4]> {
     let radius = reader.number(node, "R");
     if radius <= 0.0 {
         let at = field(node, "R").unwrap_or(node);
-        reader.error(at, "the radius R of a detector is positive");
+        reader.error(at, "the radius R of a detector must be above 0");
         return None;
     }
     Some([x, y, z, radius])

@@ -39,7 +39,7 @@ pub(super) fn emitters(
     };
     reader.known(node, &READ, &[]);
     if reader.number_or(node, "SrcNum", 1.0) != 1.0 {
-        let message = "SrcNum is 1: each of several patterns is rendered by itself";
+        let message = "SrcNum must be 1: write a file for each pattern";
         reader.error(node, message);
         return None;
     }
@@ -94,7 +94,7 @@ impl Source {
         let [p, q] = [self.first, self.second];
         match kind {
             "pencil" => Ok(self.disc("disc", THIN * unit, power, unit)),
-            "disk" | "gaussian" if p[0] <= 0.0 => Err("Param1 begins with its radius".to_owned()),
+            "disk" | "gaussian" if p[0] <= 0.0 => Err("the first number of Param1 must be its radius, above 0".to_owned()),
             "disk" if p[1] == 0.0 => Ok(self.disc("disc", p[0] * unit, power, unit)),
             "gaussian" if p[1] == 0.0 => Ok(self.disc("gaussian", p[0] * unit, power, unit)),
             "isotropic" => Ok(json!({
@@ -133,7 +133,10 @@ impl Source {
     fn cone(&self, power: f64, unit: f64) -> Result<Value, String> {
         let angle = self.first[0];
         if !(angle > 0.0 && angle <= PI) {
-            return Err("Param1 begins with its half angle in radians, up to pi".into());
+            return Err(
+                "the first number of Param1 must be its half angle, above 0 and at most pi radians"
+                    .into(),
+            );
         }
         let x = self.direction.any_orthonormal_vector();
         Ok(json!({
@@ -171,7 +174,7 @@ impl Source {
         let line = DVec3::new(self.first[0], self.first[1], self.first[2]);
         if line.length() == 0.0 || line.dot(self.direction).abs() > LEAN * line.length() {
             return Err(
-                "Param1 is the line from one end to the other, perpendicular to Dir".into(),
+                "Param1 must be the vector from one end of the line to the other, perpendicular to Dir".into(),
             );
         }
         Ok(json!({

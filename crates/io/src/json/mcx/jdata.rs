@@ -47,7 +47,7 @@ fn decoded(node: &Node) -> Result<Array, String> {
     let count = shape.iter().try_fold(1usize, |n, m| n.checked_mul(*m));
     let count = count
         .filter(|n| (1..=MOST).contains(n))
-        .ok_or("_ArraySize_ is that of an array with numbers")?;
+        .ok_or("an array needs _ArraySize_ and numbers")?;
     let values = match field(node, "_ArrayZipData_") {
         Some(data) => values(&unzipped(node, data, count * element.size())?, element),
         None => match field(node, "_ArrayData_") {
@@ -56,7 +56,7 @@ fn decoded(node: &Node) -> Result<Array, String> {
             }
             _ => {
                 return Err(
-                    "_ArrayData_ is a list of numbers; or _ArrayZipData_ is a text with _ArrayZipType_"
+                    "an array needs _ArrayData_, a list of numbers, or _ArrayZipData_, a text, with _ArrayZipType_"
                         .to_owned(),
                 );
             }
@@ -78,7 +78,7 @@ fn element(node: &Node) -> Result<Element, String> {
     };
     found.ok_or_else(|| {
         format!(
-            "_ArrayType_ '{name}' is none of uint8, int8, uint16, ..., int64, single and double"
+            "_ArrayType_ is '{name}', but must be uint8, int8, uint16, ..., int64, single or double"
         )
     })
 }
@@ -88,13 +88,13 @@ fn shape(node: &Node) -> Result<Vec<usize>, String> {
     let whole = |v: &f64| (v.fract() == 0.0 && *v >= 1.0).then_some(*v as usize);
     sizes
         .and_then(|sizes| sizes.iter().map(whole).collect())
-        .ok_or_else(|| "_ArraySize_ is a list of whole numbers, at least 1".to_owned())
+        .ok_or_else(|| "_ArraySize_ must be a list of whole numbers, each at least 1".to_owned())
 }
 
 /// Decompresses the bytes of an array. Reads at most one byte more than the array has.
 fn unzipped(node: &Node, data: &Node, expected: usize) -> Result<Vec<u8>, String> {
     let Json::String(text) = &data.json else {
-        return Err("_ArrayZipData_ is a text".to_owned());
+        return Err("_ArrayZipData_ must be a text".to_owned());
     };
     let packed: Vec<u8> = text.bytes().filter(|b| !b.is_ascii_whitespace()).collect();
     let packed = STANDARD
@@ -110,7 +110,7 @@ fn unzipped(node: &Node, data: &Node, expected: usize) -> Result<Vec<u8>, String
         "base64" => Box::new(&*packed),
         _ => {
             return Err(format!(
-                "_ArrayZipType_ '{kind}' is none of zlib, gzip and base64"
+                "_ArrayZipType_ is '{kind}', but must be zlib, gzip or base64"
             ));
         }
     };
@@ -118,7 +118,7 @@ fn unzipped(node: &Node, data: &Node, expected: usize) -> Result<Vec<u8>, String
     unpacked
         .take(expected as u64 + 1)
         .read_to_end(&mut bytes)
-        .map_err(|e| format!("_ArrayZipData_ is not of {kind}: {e}"))?;
+        .map_err(|e| format!("_ArrayZipData_ is not valid {kind}: {e}"))?;
     if bytes.len() == expected {
         Ok(bytes)
     } else {
@@ -128,7 +128,7 @@ fn unzipped(node: &Node, data: &Node, expected: usize) -> Result<Vec<u8>, String
             "less"
         };
         Err(format!(
-            "_ArrayZipData_ holds {more} than the {expected} bytes that _ArraySize_ asks for"
+            "_ArrayZipData_ has {more} than the {expected} bytes of _ArraySize_"
         ))
     }
 }

@@ -40,7 +40,7 @@ impl Labels {
     pub(super) fn filled(size: [usize; 3], label: f32, limits: Limits) -> Result<Self, Problem> {
         let count = size.iter().fold(1usize, |n, m| n.saturating_mul(*m));
         if count == 0 {
-            return Err(Problem::Empty("a volume has voxels".into()));
+            return Err(Problem::Empty("a volume needs voxels".into()));
         }
         limits.check(count as u64, BYTES, 0)?;
         let data = vec![label; count];

@@ -56,11 +56,13 @@ impl Pattern {
         filter: &'static str,
     ) -> Result<Self, String> {
         if let Some(wrong) = values.iter().find(|v| !(v.is_finite() && **v >= 0.0)) {
-            return Err(format!("values of a Pattern are at least 0, not {wrong}"));
+            return Err(format!(
+                "the Pattern has the value {wrong}, but values must be at least 0"
+            ));
         }
         let sum: f64 = values.iter().map(|v| f64::from(*v)).sum();
         if sum == 0.0 {
-            return Err("the pattern is dark everywhere".to_owned());
+            return Err("all values of its Pattern are 0: give a value above 0".to_owned());
         }
         let mean = sum / values.len() as f64;
         let [columns, rows] = size;
@@ -84,19 +86,19 @@ fn given(
     let [columns, rows] = [source.first[3], source.second[3]];
     let whole = |v: f64| v.fract() == 0.0 && (1.0..=65536.0).contains(&v);
     if !whole(columns) || !whole(rows) {
-        return Err("the fourth numbers of Param1 and Param2 are its columns and rows".to_owned());
+        return Err("the fourth numbers of Param1 and Param2 must be the numbers of columns and rows, at least 1".to_owned());
     }
     let size = [columns, rows].map(|v| v as usize);
     let Some(pattern) = field(node, "Pattern") else {
-        return Err("Pattern is missing".to_owned());
+        return Err("it needs a Pattern".to_owned());
     };
     let values = match &pattern.json {
         Json::Tensor(_) | Json::Array(_) => {
-            let array = reader.array(pattern).ok_or("Pattern is not read")?;
+            let array = reader.array(pattern).ok_or("its Pattern cannot be read")?;
             transposed(&array, size)?
         }
         _ if jdata::is_one(pattern) => {
-            let array = jdata::array(pattern, reader).ok_or("Pattern is not read")?;
+            let array = jdata::array(pattern, reader).ok_or("its Pattern cannot be read")?;
             array.tensor.iter().map(|v| v as f32).collect()
         }
         _ => listed(pattern, reader)?,
@@ -106,7 +108,7 @@ fn given(
     } else {
         let [columns, rows] = size;
         Err(format!(
-            "{} values of its Pattern, not {columns} x {rows}",
+            "its Pattern has {} values, but Param1 and Param2 state {columns} x {rows}",
             values.len()
         ))
     }
@@ -117,7 +119,7 @@ fn transposed(tensor: &Tensor, [columns, rows]: [usize; 2]) -> Result<Vec<f32>, 
     if tensor.shape() != [columns, rows] {
         let shape = tensor.shape();
         return Err(format!(
-            "its pattern is an array of shape [{columns}, {rows}], not {shape:?}"
+            "its Pattern has the shape {shape:?}, but Param1 and Param2 state [{columns}, {rows}]"
         ));
     }
     let value = |i: usize| tensor.get(i % columns * rows + i / columns) as f32;
@@ -128,13 +130,13 @@ fn transposed(tensor: &Tensor, [columns, rows]: [usize; 2]) -> Result<Vec<f32>, 
 fn listed(pattern: &Node, reader: &mut Reader) -> Result<Vec<f32>, String> {
     reader.known(pattern, &["Nx", "Ny", "Nz", "Data"], &[]);
     let Some(data) = field(pattern, "Data") else {
-        return Err("its Pattern has Data".to_owned());
+        return Err("its Pattern needs Data".to_owned());
     };
     if let Some(values) = numbers(data) {
         return Ok(values.iter().map(|v| *v as f32).collect());
     }
     let Json::String(name) = &data.json else {
-        return Err("Data of its Pattern are numbers, or the name of a file".to_owned());
+        return Err("Data of its Pattern must be numbers, or the name of a file".to_owned());
     };
     let path = data.location.source().directory().join(name);
     let bytes = input::read(&path).map_err(|e| e.to_string())?;
@@ -183,7 +185,7 @@ impl Wave {
     /// Returns columns and rows, and the values at pixel centres.
     fn image(&self) -> Result<([usize; 2], Vec<f32>), String> {
         if self.modulation.abs() > 1.0 {
-            return Err("its modulation is between 0 and 1".to_owned());
+            return Err("its modulation must be between 0 and 1".to_owned());
         }
         let size = self
             .frequencies

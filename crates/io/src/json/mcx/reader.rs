@@ -32,7 +32,7 @@ impl Reader<'_> {
             (Some(v), _) => v,
             (None, Json::Boolean(v)) => f64::from(u8::from(*v)),
             _ => {
-                self.error(value, format!("{key} is a number"));
+                self.error(value, format!("{key} must be a number"));
                 default
             }
         }
@@ -49,8 +49,9 @@ impl Reader<'_> {
     /// Reports an error if a field has a value that is not as it `must` be.
     pub(super) fn only(&mut self, node: &Node, key: &str, must: impl Fn(&Node) -> bool) {
         if let Some(value) = field(node, key).filter(|v| !must(v)) {
-            let message =
-                format!("this {key} is not read: give LengthUnit, and a byte for each voxel");
+            let message = format!(
+                "morgana does not support this {key}: give LengthUnit, and a byte for each voxel"
+            );
             self.error(value, message);
         }
     }
@@ -64,7 +65,10 @@ impl Reader<'_> {
         for entry in entries {
             let is = |name: &&str| entry.key.eq_ignore_ascii_case(name);
             if !read.iter().chain(harmless).any(is) {
-                let message = format!("'{}' is not read, and may change the result", entry.key);
+                let message = format!(
+                    "morgana does not support '{}', which may change the result: remove it",
+                    entry.key
+                );
                 self.error(&entry.node, message);
             }
         }
@@ -78,7 +82,7 @@ impl Reader<'_> {
         };
         let found = numbers(value).and_then(|all| all.get(..N)?.try_into().ok());
         if found.is_none() {
-            self.error(value, format!("{key} is a list of {N} numbers"));
+            self.error(value, format!("{key} must be a list of {N} numbers"));
         }
         found
     }
@@ -94,8 +98,9 @@ impl Reader<'_> {
             !rows.is_empty() && rows.iter().all(enough)
         });
         if found.is_none() {
-            let message =
-                format!("{key} is a list of {least} or more numbers, or a list of such lists");
+            let message = format!(
+                "{key} must be a list of at least {least} numbers, or a list of these lists"
+            );
             self.error(value, message);
         }
         found
@@ -119,7 +124,10 @@ impl Reader<'_> {
             Json::Tensor(table) => Some(table.clone()),
             Json::Array(rows) => self.rows(rows),
             _ => {
-                self.error(media, "Media is a list of {\"mua\", \"mus\", \"g\", \"n\"}");
+                self.error(
+                    media,
+                    "Media must be a list of {\"mua\", \"mus\", \"g\", \"n\"}",
+                );
                 None
             }
         }
@@ -138,7 +146,7 @@ impl Reader<'_> {
             } else {
                 self.error(
                     row,
-                    "a medium is {\"mua\", \"mus\", \"g\", \"n\"}, or these four numbers",
+                    "a medium must be {\"mua\", \"mus\", \"g\", \"n\"}, or these four numbers",
                 );
                 return None;
             }
@@ -167,12 +175,12 @@ impl Reader<'_> {
         if self.number_or(session, "DoNormalize", 1.0) != 1.0 {
             self.error(
                 session,
-                "DoNormalize (isnormalized) is 1: values are fluence per joule",
+                "DoNormalize (isnormalized) must be 1: morgana reads fluence per joule",
             );
         }
         let photons = self.number_or(session, "Photons", 1e6);
         if photons.fract() != 0.0 {
-            self.error(session, "Photons is a whole number");
+            self.error(session, "Photons must be a whole number");
         }
         let refraction = self.number_or(session, "DoMismatch", 1.0) != 0.0;
         self.specular(session, refraction);
@@ -181,10 +189,7 @@ impl Reader<'_> {
         let t1 = self.number_or(forward, "T1", 5e-9);
         let dt = self.number_or(forward, "Dt", t1 - t0);
         if !(photons >= 1.0 && t0 >= 0.0 && t1 > t0 && dt > 0.0) {
-            self.error(
-                root,
-                "the number of photons, and times T0 < T1 in steps of Dt, are positive",
-            );
+            self.error(root, "Photons and Dt must be above 0, and T1 above T0");
         }
         let gates = ((t1 - t0) / dt).max(1.0);
         let whole = gates.round();
@@ -225,7 +230,7 @@ impl Reader<'_> {
             (false, true) => {
                 let message = "DoSpecular (isspecular) 0 changes nothing: light that enters from outside is reflected in part, and \
                                refracted, where the index jumps";
-                let help = "start it in the medium to avoid that, or say DoMismatch (isreflect) 0";
+                let help = "start it in the medium to avoid that, or set DoMismatch (isreflect) to 0";
                 let warning = lints::warning(lints::IGNORED, message).help(help.to_owned());
                 self.diagnostics.push(warning.at(&node.location));
             }
@@ -241,18 +246,18 @@ impl Reader<'_> {
         };
         let kind = match &node.json {
             Json::String(kind) => kind.to_lowercase(),
-            _ => return self.error(node, "OutputType is a text"),
+            _ => return self.error(node, "OutputType must be a text"),
         };
         let instead = match kind.as_str() {
             "f" | "fluence" => return,
             "x" | "flux" => {
-                "the fluence rate is 'fluence' over the width of a time gate in seconds"
+                "for the fluence rate, divide 'fluence' by the width of a time gate in seconds"
             }
-            "e" | "energy" => "the energy density is 'absorbed'",
-            _ => "nothing else is measured",
+            "e" | "energy" => "for the energy density, read 'absorbed'",
+            _ => "morgana measures nothing else",
         };
         let message = format!(
-            "OutputType (outputtype) changes nothing: values are the fluence per joule; {instead}"
+            "OutputType (outputtype) has no effect: morgana reads the fluence per joule; {instead}"
         );
         self.diagnostics
             .push(lints::warning(lints::IGNORED, message).at(&node.location));

@@ -17,7 +17,10 @@ pub(super) fn draw(
 ) -> Option<Labels> {
     let errors = reader.diagnostics.error_count();
     let Json::Array(items) = &shapes.json else {
-        reader.error(shapes, "Shapes is a list of shapes, or an array of JData");
+        reader.error(
+            shapes,
+            "Shapes must be a list of shapes, or an array of JData",
+        );
         return None;
     };
     let mut canvas = Canvas {
@@ -26,7 +29,10 @@ pub(super) fn draw(
     };
     for item in items {
         let Json::Object(entries) = &item.json else {
-            reader.error(item, "a shape is an object, such as {\"Sphere\": {...}}");
+            reader.error(
+                item,
+                "a shape must be an object, such as {\"Sphere\": {...}}",
+            );
             continue;
         };
         for entry in entries {
@@ -48,7 +54,7 @@ impl Canvas {
             "name" => {}
             "origin" => match numbers(node).and_then(|v| <[f64; 3]>::try_from(v).ok()) {
                 Some(origin) => self.origin = origin.into(),
-                None => reader.error(node, "Origin is a list of 3 numbers"),
+                None => reader.error(node, "Origin must be a list of 3 numbers"),
             },
             "grid" => {
                 let tag = reader.number_or(node, "Tag", 0.0) as f32;
@@ -113,7 +119,7 @@ impl Canvas {
             key @ ("xslabs" | "yslabs" | "zslabs") => self.slabs(axis_of(key), node, reader),
             other => {
                 let message = format!(
-                    "'{other}' is not among the shapes Grid, Sphere, Box, Subgrid, Cylinder, UpperSpace, XLayers and XSlabs (Y, Z)"
+                    "unknown shape '{other}': known shapes are Grid, Sphere, Box, Subgrid, Cylinder, UpperSpace, XLayers and XSlabs (Y, Z)"
                 );
                 reader.error(node, message);
             }
@@ -153,7 +159,7 @@ impl Canvas {
         let Some(labels) = &mut self.labels else {
             return reader.error(
                 node,
-                "the volume has no size yet: begin with a Grid, or give Dim",
+                "the volume has no size yet: put a Grid first, or give Dim",
             );
         };
         let [nx, ny, _] = labels.size;
@@ -175,7 +181,7 @@ impl Canvas {
         let Some(rows) = rows::<3>(node) else {
             return reader.error(
                 node,
-                "layers are lists of three numbers: first, last, label",
+                "layers must be lists of three numbers: first, last, label",
             );
         };
         for [first, last, tag] in rows {
@@ -189,7 +195,7 @@ impl Canvas {
     /// Draws slabs between two coordinates, in whole voxels.
     fn slabs(&mut self, axis: usize, node: &Node, reader: &mut Reader) {
         let Some(bounds) = field(node, "Bound").and_then(rows::<2>) else {
-            return reader.error(node, "slabs have a Bound: lists of two numbers");
+            return reader.error(node, "slabs need a Bound: lists of two numbers");
         };
         for [low, high] in bounds {
             let (first, last) = ((low - 0.5).max(0.0).floor(), high.floor());

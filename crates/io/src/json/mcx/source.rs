@@ -32,7 +32,7 @@ pub(super) fn wanted(
     }
     if id.fract() != 0.0 || !(1.0..=sources.len() as f64).contains(&id) {
         let message = format!(
-            "ID is 0 for all sources together, or the number of one of {}",
+            "ID must be 0 for all sources together, or the number of a source from 1 to {}",
             sources.len()
         );
         reader.error(node, message);
@@ -62,7 +62,7 @@ impl Source {
             .iter()
             .any(|rows| rows.len() != positions.len())
         {
-            let message = "Pos, Dir, Param1 and Param2 have a row for each source";
+            let message = "Pos, Dir, Param1 and Param2 must have a row for each source";
             reader.error(node, message);
             return None;
         }
@@ -82,7 +82,7 @@ impl Source {
             if !(weight > 0.0 && weight.is_finite()) {
                 reader.error(
                     node,
-                    "the weight of a source, the fourth number of Pos, is positive",
+                    "the fourth number of Pos, the weight of a source, must be above 0",
                 );
                 return None;
             }
@@ -109,13 +109,16 @@ fn inside(position: DVec3, labels: Option<&Labels>) -> DVec3 {
 /// Returns a unit direction. Refuses light with a focus.
 fn direction(row: &[f64], node: &Node, reader: &mut Reader) -> Option<DVec3> {
     if row.get(3).is_some_and(|focus| *focus != 0.0) {
-        let message = "sources with a focus (the fourth number of Dir) are not read";
+        let message = "morgana does not support a focus of the source, the fourth number of Dir: leave it out";
         reader.error(node, message);
         return None;
     }
     let direction = DVec3::from_slice(&row[..3]).try_normalize();
     if direction.is_none() {
-        reader.error(node, "Dir is a direction");
+        reader.error(
+            node,
+            "Dir must be a direction: three numbers that are not all 0",
+        );
     }
     direction
 }

@@ -37,7 +37,7 @@ pub(super) fn labels(root: &Node, domain: &Node, reader: &mut Reader) -> Option<
     if labels.is_none() {
         reader.error(
             domain,
-            "Domain needs a VolumeFile or Shapes, and the numbers of voxels Dim",
+            "Domain needs a VolumeFile or Shapes, and Dim, the numbers of voxels",
         );
     }
     labels
@@ -75,7 +75,7 @@ fn held_by(held: &Node, reader: &mut Reader) -> Option<Labels> {
         }
         _ if jdata::is_one(held) => annotated(held, reader),
         _ => {
-            reader.error(held, "Volume is an array of labels [x, y, z]");
+            reader.error(held, "Volume must be an array of labels [x, y, z]");
             None
         }
     }
@@ -85,7 +85,7 @@ fn held_by(held: &Node, reader: &mut Reader) -> Option<Labels> {
 fn annotated(node: &Node, reader: &mut Reader) -> Option<Labels> {
     let array = jdata::array(node, reader)?;
     if !array.element.is_integer() || array.tensor.shape().len() != 3 {
-        let message = "a volume is an array [x, y, z] of labels, whole numbers: coefficients of voxels are not read";
+        let message = "a volume must be an array [x, y, z] of labels, which are whole numbers: morgana does not support coefficients of voxels";
         reader.error(node, message);
         return None;
     }
@@ -116,7 +116,7 @@ fn from_file(
     reader: &mut Reader,
 ) -> Option<Labels> {
     let Json::String(name) = &file.json else {
-        reader.error(file, "VolumeFile is the name of a file");
+        reader.error(file, "VolumeFile must be the name of a file");
         return None;
     };
     let path = file.location.source().directory().join(name);
@@ -126,7 +126,7 @@ fn from_file(
         "bin" => raw(&path, size),
         _ if Format::of(&path).is_some() => known(&path),
         _ => Err(format!(
-            "{}: volumes are shapes in .json, .bin with a byte for each voxel, or any other volume file",
+            "{}: unknown format: a VolumeFile is .json with shapes, .bin with a byte for each voxel, or another volume file",
             path.display()
         )),
     };
@@ -148,7 +148,7 @@ fn from_shapes(
         return None;
     }
     let Some(shapes) = field(&root, "Shapes") else {
-        reader.error(file, format!("{} has no Shapes", path.display()));
+        reader.error(file, format!("{}: the file needs Shapes", path.display()));
         return None;
     };
     let start = filled(size, file, reader)?;
@@ -163,7 +163,7 @@ fn raw(path: &Path, size: Option<[usize; 3]>) -> Result<Labels, String> {
     let count = x.checked_mul(y).and_then(|n| n.checked_mul(z));
     if count != Some(bytes.len()) {
         return Err(format!(
-            "{}: {} bytes, not a byte for each of {x} x {y} x {z} voxels",
+            "{}: the file has {} bytes, but Dim states {x} x {y} x {z} voxels of a byte each",
             path.display(),
             bytes.len()
         ));
@@ -176,7 +176,7 @@ fn raw(path: &Path, size: Option<[usize; 3]>) -> Result<Labels, String> {
 fn known(path: &Path) -> Result<Labels, String> {
     let volume = Volume::<f32>::read(path, Options::default()).map_err(|e| e.to_string())?;
     if volume.channels() != 1 {
-        return Err(format!("{}: labels have one channel", path.display()));
+        return Err(format!("{}: labels must have one channel", path.display()));
     }
     let size = volume.size();
     let data = volume.into_data();
