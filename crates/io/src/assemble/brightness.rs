@@ -2,7 +2,8 @@
 
 use super::context::Context;
 use super::texture_role::Role;
-use crate::scene::{ObjectDescription, SpectrumValue};
+use crate::diagnostic::lints;
+use crate::scene::{ObjectDescription, PluginKind, SpectrumValue};
 use eikonal::Shown;
 use transport::Spectrum;
 
@@ -22,6 +23,15 @@ pub(super) fn light(
             location,
             format!("'{name}' is {}; light must not be negative", Shown(bad)),
         );
+    }
+    // Other objects, such as media, have no light by default.
+    let is_emitter = object.kind == PluginKind::Emitter && property.is_some();
+    let values = value.values();
+    if is_emitter && !values.is_empty() && values.into_iter().all(|v| v == 0.0) {
+        let message = format!("{} emits no light: '{name}' is 0", object.label());
+        let help = format!("give '{name}' a value above 0, or remove the emitter");
+        let warning = lints::warning(lints::BLACK_EMITTER, message).help(help);
+        context.diagnostics.push(warning.at(location));
     }
     context.spectrum(&value, Role::Emission, location)
 }

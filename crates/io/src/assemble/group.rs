@@ -138,7 +138,7 @@ impl View {
             "meters"
         };
         if apart || !self.instruments.is_empty() {
-            let message = format!("the integrator aov sees no light: leave it, or {what}, out");
+            let message = format!("the integrator aov renders no light: leave out aov, or {what}");
             context.error_at(root, message);
         }
     }
@@ -237,7 +237,7 @@ impl<'a> Children<'a> {
             names.push(format!("{} more", rest.len() + 1 - MOST_NAMED));
         }
         let message = format!(
-            "nothing refers to these, which are not read and may have errors: {}",
+            "unused definitions, which morgana did not check: {}",
             names.join(", ")
         );
         Some(lints::note(lints::UNREFERENCED, message).at(&first.location))
@@ -285,7 +285,7 @@ impl<'a> Children<'a> {
         let sensor = match self.cameras[..] {
             [sensor] => sensor::build(sensor, context)?,
             [] => {
-                let message = "the scene has no sensor: a perspective camera of 45° looks at all of it, along +z";
+                let message = "the scene has no sensor: morgana uses a perspective camera of 45° that sees the whole scene, along +z";
                 let note = lints::note(lints::NO_SENSOR, message).at(&self.root.location);
                 context.diagnostics.push(note);
                 sensor::absent(context)
@@ -441,6 +441,8 @@ impl<'a> Children<'a> {
             });
         // Warn about the finished scene.
         report.all(&lint::doubts(&scene, &method, &instruments));
+        let camera = self.cameras.first().filter(|_| instruments.is_empty());
+        report.all(camera.and_then(|c| lint::narrow_view(c, &scene)).iter());
         if let (Some(medium), [camera, ..]) = (sensor.medium, &self.cameras[..])
             && medium != scene.sensor_medium()
         {
@@ -519,7 +521,6 @@ fn stokes_note(depolarizing: [Vec<&str>; 2]) -> Option<String> {
         0 => String::new(),
         more => format!(" and {more} more"),
     };
-    (!names.is_empty()).then(|| {
-        format!("light is taken as unpolarised once these have scattered it: {listed}{more}")
-    })
+    (!names.is_empty())
+        .then(|| format!("morgana treats light as unpolarised after scattering by: {listed}{more}"))
 }

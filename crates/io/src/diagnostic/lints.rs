@@ -7,12 +7,14 @@ use transport::scene::{Lint, ProblemSeverity, SceneProblem};
 lints! {
     ABSENT_LABELS: "absent_labels", "Media of labels that no voxel has.";
     ANIMATION: "animation", "Motion, which morgana does not render.";
+    BLACK_EMITTER: "black_emitter", "An emitter whose light is 0.";
     CLIPPED_VALUES: "clipped_values", "Values beyond their limits, which are clipped.";
     CONTRADICTING_INDEX: "contradicting_index", "An index stated twice, in nearly equal numbers.";
     DENSE_SPHERES: "dense_spheres", "Spheres so dense that they do not scatter independently.";
     DEPOLARIZING: "depolarizing", "Surfaces and media that morgana takes to depolarise light.";
     DIFFERS_FROM_MITSUBA: "differs_from_mitsuba", "Something that Mitsuba 3 renders differently.";
     EMPTY_MESH: "empty_mesh", "A mesh without a triangle of positive area.";
+    EXTINCTION_UNITS: "extinction_units", "An extinction that looks like other units of length.";
     FEW_SAMPLES: "few_samples", "Too few samples for adaptive sampling.";
     FLAT_HEIGHTS: "flat_heights", "A height map without slopes.";
     GLASS_IN_GLASS: "glass_in_glass", "Glass inside other glass with an index outside of its own.";
@@ -24,6 +26,7 @@ lints! {
     METER_INTEGRATOR: "meter_integrator", "An integrator that meters use only in part.";
     METER_IN_THE_CLEAR: "meter_in_the_clear", "A meter where no medium attenuates light.";
     MISSING_LIGHT: "missing_light", "Light that the integrator does not find.";
+    NARROW_VIEW: "narrow_view", "A field of view that looks like radians.";
     NOT_A_ROTATION: "not_a_rotation", "A transform that changes lengths where only rotations are possible.";
     NO_LIGHT_ENTERS: "no_light_enters", "A medium in an opaque hull.";
     NO_SENSOR: "no_sensor", "A scene without a camera.";
@@ -64,7 +67,7 @@ pub fn named(name: &str) -> Result<Lint, String> {
     let names: Vec<&str> = all.iter().map(|lint| lint.name).collect();
     let advice = suggest(name, names.iter().copied())
         .unwrap_or_else(|| format!("there are: {}", names.join(", ")));
-    Err(format!("no check of scenes is named '{name}': {advice}"))
+    Err(format!("no check has the name '{name}': {advice}"))
 }
 
 /// Makes a warning of a check.

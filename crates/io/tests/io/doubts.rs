@@ -156,7 +156,7 @@ fn densities_and_pressures_of_other_units() {
         )
     };
     assert!(!gas(0.3, 1.2).contains("check the units"));
-    assert!(gas(300.0, 1200.0).contains("no gas is that dense"));
+    assert!(gas(300.0, 1200.0).contains("no gas is so dense"));
     let thin = gas(3e-5, 1.2e-4);
     assert!(thin.contains("nearly a vacuum"), "{thin}");
     let liquid = |a: f64, b: f64| {
@@ -168,7 +168,7 @@ fn densities_and_pressures_of_other_units() {
         )
     };
     assert!(!liquid(-1e6, 1e6).contains("check the units"));
-    assert!(liquid(-1e9, 1e9).contains("are these pascals?"));
+    assert!(liquid(-1e9, 1e9).contains("give the pressure in pascals"));
 }
 
 #[test]
@@ -222,7 +222,7 @@ fn grids_that_end_inside_of_their_shapes() {
     let text = extinction(0.5);
     assert!(
         text.contains(
-            "the grid of the extinction ends inside of 'b': there is no matter beyond it"
+            "the grid of the extinction ends inside of 'b': the medium is clear beyond it"
         ),
         "{text}"
     );
@@ -234,11 +234,11 @@ fn what_nothing_refers_to_is_not_read() {
     let ball = r#""ball": {"type": "sphere", "bsdf": {"type": "ref", "id": "used"}}"#;
     let used = r#""used": {"type": "diffuse"}"#;
     let text = warnings(&format!("{SKY}, {used}, {ball}"));
-    assert!(!text.contains("nothing refers"), "{text}");
+    assert!(!text.contains("unused definitions"), "{text}");
     let wrong = (0..6).map(|i| format!(r#""m{i}": {{"type": "homogeneous", "sigma_t": -3}}"#));
     let wrong: Vec<_> = wrong.collect();
     let text = warnings(&format!("{SKY}, {used}, {ball}, {}", wrong.join(", ")));
-    let expected = "nothing refers to these, which are not read and may have errors: medium 'm0', medium 'm1', medium 'm2', \
+    let expected = "unused definitions to these, which are not read and may have errors: medium 'm0', medium 'm1', medium 'm2', \
                     medium 'm3', medium 'm4', 1 more";
     assert!(text.contains(expected), "{text}");
 }
@@ -266,4 +266,96 @@ fn indices_around_dielectrics_agree_to_that_of_air() {
     let text = pair("1.33");
     let expected = "ext_ior is 1.33, but the index on that side is 1, by ext_ior at scene.json:1:";
     assert!(text.contains(expected), "{text}");
+}
+
+#[test]
+fn emitters_without_light() {
+    let sky = |radiance: &str| warnings(&format!(r#""sky": {{"type": "constant"{radiance}}}"#));
+    for black in ["0", "0.0", r#"{"type": "rgb", "value": [0, 0, 0]}"#] {
+        let text = sky(&format!(r#", "radiance": {black}"#));
+        let message =
+            r#"warning[black_emitter]: {"type": "constant"} emits no light: 'radiance' is 0"#;
+        assert!(text.contains(message), "{text}");
+    }
+    for bright in [
+        "",
+        r#", "radiance": 1e-9"#,
+        r#", "radiance": {"type": "rgb", "value": [0, 0, 1]}"#,
+    ] {
+        let text = sky(bright);
+        assert!(!text.contains("black_emitter"), "{text}");
+    }
+}
+
+#[test]
+fn extinctions_in_other_units() {
+    let ball = |medium: &str| {
+        warnings(&format!(
+            r#"{SKY}, "ball": {{"type": "sphere", "bsdf": {{"type": "null"}},
+               "interior": {{"type": "homogeneous", "id": "fog", {medium}}}}}"#
+        ))
+    };
+    let text = ball(r#""sigma_t": 1e6, "albedo": 0.5"#);
+    let message = "warning[extinction_units]: medium 'fog' is opaque: its optical thickness is 3e6";
+    assert!(text.contains(message), "{text}");
+    let text = ball(r#""sigma_t": 1e-9"#);
+    let message = "medium 'fog' is invisible: across the whole scene, its optical thickness is";
+    assert!(text.contains(message), "{text}");
+    for plausible in ["0", "1e-4", "1", "1e4"] {
+        let text = ball(&format!(r#""sigma_t": {plausible}, "albedo": 0.5"#));
+        assert!(!text.contains("extinction_units"), "{plausible}: {text}");
+    }
+    // Without absorption, the warning about long paths names the same cause.
+    let text = ball(r#""sigma_t": 1e7, "albedo": 1"#);
+    assert!(
+        text.contains("long_paths") && !text.contains("extinction_units"),
+        "{text}"
+    );
+}
+
+#[test]
+fn fields_of_view_in_radians() {
+    let seen = |fov: f64, distance: f64| {
+        let text = format!(
+            r#"{{"type": "scene", {SKY}, "ball": {{"type": "sphere"}},
+               "sensor": {{"type": "perspective", "fov": {fov}, "to_world": [{{"translate": [0, 0, {}]}}]}}}}"#,
+            -distance
+        );
+        let mut diagnostics = Diagnostics::new();
+        let description = json::parse(&text, "scene.json", &[], &mut diagnostics).unwrap();
+        let loaded = morgana_io::assemble(&description, &LoadOptions::default(), diagnostics);
+        loaded.unwrap().warnings.to_string()
+    };
+    let text = seen(0.7, 5.0);
+    for part in [
+        "warning[narrow_view]: the camera sees 0.7° of",
+        "for 0.7 radians write 40.107",
+    ] {
+        assert!(text.contains(part), "{text}");
+    }
+    // A telescope sees a distant scene, and a wide view a near one.
+    for (fov, distance) in [(0.7, 200.0), (3.3, 5.0), (40.0, 5.0)] {
+        let text = seen(fov, distance);
+        assert!(!text.contains("narrow_view"), "{fov}, {distance}: {text}");
+    }
+}
+
+/// The scenes of the project have no implausible quantities.
+#[test]
+fn scenes_of_the_project_are_plausible() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
+    let files = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|f| f.unwrap().path());
+    let scenes: Vec<_> = files
+        .filter(|f| f.extension().is_some_and(|e| e == "xml"))
+        .collect();
+    assert!(scenes.len() > 10);
+    for path in scenes {
+        let loaded = morgana_io::load_scene(&path, &LoadOptions::default()).unwrap();
+        let text = loaded.warnings.to_string();
+        for check in ["black_emitter", "extinction_units", "narrow_view"] {
+            assert!(!text.contains(check), "{}: {text}", path.display());
+        }
+    }
 }

@@ -129,7 +129,7 @@ fn costly(scene: &Scene, medium: usize) -> Option<SceneProblem> {
         "the render takes very long".into()
     };
     let message = format!(
-        "a ray across medium '{name}' takes some {steps:.0e} steps, where lenses take ten: {fate}"
+        "a ray across medium '{name}' takes about {steps:.0e} steps, while lenses need ten: {fate}"
     );
     let help = format!(
         "check {what} against the size of the medium; a larger 'tolerance' of the integrator takes fewer steps"
@@ -167,7 +167,7 @@ fn out_of_range(scene: &Scene, medium: usize) -> Option<SceneProblem> {
         severity: ProblemSeverity::Error,
         subject: Subject::Medium(medium),
         message: format!(
-            "the index of medium '{name}' is {n:.1e} in places: no medium has one outside of {}",
+            "the index of medium '{name}' reaches {n:.1e}: no medium has an index outside of {}",
             NumberRange::INDEX
         ),
         help: format!("check {} against the size of the medium", parameter(field)),

@@ -103,10 +103,10 @@ fn from_emitter(walls: &Walls, subject: Subject, kind: &str) -> Vec<SceneProblem
     let mirror = walls.mirror.map(|object| {
         let message = format!(
             "light of this {kind} emitter that a mirror ('{}') reflects before it is scattered is \
-             missing: nothing but connections finds it, and they are not reflected by mirrors",
+             missing: only connections find this light, and mirrors do not reflect connections",
             object.name
         );
-        let help = "the integrators bdpt and particle find it, and path finds an area light's";
+        let help = "use the integrator bdpt or particle; path finds this light from area lights";
         warning(subject, message, help.into())
     });
     let dielectric = walls.never_reflecting().map(|object| {
@@ -132,11 +132,10 @@ fn narrow(scene: &Scene, subject: Subject, emitter: &Emitter) -> Option<ScenePro
     let share = fiber.share_seen(2.0 * scene.around().radius);
     (share < SELDOM).then(|| {
         let message = format!(
-            "the cones of this fiber are so narrow that of connections to its aperture about one in {:.0e} is worth \
-             something: its light will be missing until one is",
+            "the cone of this fiber is so narrow that only about one connection in {:.0e} to its aperture carries light: its light is missing until a sample finds it",
             share.recip()
         );
-        let help = "the integrators bdpt and particle follow this light from its start";
+        let help = "use the integrator bdpt or particle, which trace this light from the fiber";
         warning(subject, message, help.into())
     })
 }
@@ -150,7 +149,7 @@ fn to_sensor(walls: &Walls) -> Vec<SceneProblem> {
              sensor, and connections are not reflected by mirrors",
             object.name
         );
-        let help = "the integrators bdpt and path find the rest";
+        let help = "use the integrator bdpt or path";
         warning(Subject::Sensor, message, help.into())
     });
     let dielectric = walls.never_reflecting().map(|object| {

@@ -4,6 +4,8 @@ mod costly;
 mod coverage;
 mod differences;
 mod entry;
+mod extinction_units;
+mod narrow_view;
 mod non_terminating;
 mod overlaps;
 mod reach;
@@ -12,6 +14,7 @@ pub use costly::steps_across;
 pub use coverage::Walls;
 pub(super) use coverage::{complete, warnings as missing_light};
 pub(super) use differences::{Known, of as differences};
+pub(super) use narrow_view::warning as narrow_view;
 pub(super) use overlaps::note as overlaps;
 pub(super) use reach::warnings as reach;
 
@@ -36,6 +39,7 @@ pub(super) fn doubts(
             doubts.extend(coverage::warnings(scene, integrator));
         }
     }
+    doubts.extend(extinction_units::warnings(scene, &doubts));
     doubts.extend(instruments.iter().filter_map(|i| i.doubt(scene)));
     doubts
 }

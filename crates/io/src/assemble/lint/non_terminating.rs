@@ -46,7 +46,7 @@ fn warning(medium: usize, name: &str, number: f64) -> SceneProblem {
         lints::LONG_PATHS,
         Subject::Medium(medium),
         format!(
-            "light that enters medium '{name}' collides some {number:.0e} times there: its paths take very long"
+            "light collides about {number:.0e} times in medium '{name}': its paths take very long"
         ),
         "check the units of its coefficients, or end paths by the integrator's 'max_depth'",
     )

@@ -27,7 +27,7 @@ pub(in super::super) fn note(context: &mut Context) {
     };
     let (inner, outer) = if size(b) < size(a) { (b, a) } else { (a, b) };
     let message = format!(
-        "{} and {} overlap without lying in each other: the medium of the former counts where both are",
+        "{} and {} overlap in part: the medium of the first counts in the overlap",
         named(inner),
         named(outer)
     );

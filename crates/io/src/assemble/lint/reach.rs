@@ -42,22 +42,21 @@ fn warning(grid: &Placed, shape: &str) -> Diagnostic {
     let (message, help) = match grid.quantity {
         Quantity::Extinction => (
             format!(
-                "the grid of the extinction ends inside of '{shape}': there is no matter beyond it"
+                "the grid of the extinction ends inside of '{shape}': the medium is clear beyond it"
             ),
-            "make shape and grid the same size, unless that is meant",
+            "give shape and grid equal sizes, or silence this check",
         ),
         Quantity::Index => (
             format!(
-                "the grid of the index ends inside of '{shape}': it is continued for one spacing there, and constant \
-                 beyond"
+                "the grid of the index ends inside of '{shape}': the index is continued over one spacing, and is constant beyond"
             ),
-            "make the shape no larger than the grid: what is beyond is no measurement",
+            "make the shape at most as large as the grid: there are no measurements beyond",
         ),
         Quantity::Table => (
             format!(
-                "the table of the index ends inside of '{shape}': it is continued as a parabola there"
+                "the table of the index ends inside of '{shape}': the index is continued as a parabola"
             ),
-            "let the table reach as far as the shape: what is beyond is no measurement",
+            "extend the table to the size of the shape: there are no measurements beyond",
         ),
     };
     let warning = lints::warning(lints::SMALL_GRID, message).help(String::from(help));

@@ -1,0 +1,50 @@
+//! Check for extinctions that look like other units of length than the scene's.
+
+use crate::diagnostic::lints;
+use transport::scene::{ProblemSeverity, Scene, SceneProblem, Subject};
+
+/// Optical thickness of a medium above which its unit is probably wrong. The densest ordinary media
+/// (milk, paint) in scenes of decimetres in millimetres stay below 1e4.
+const MOST: f64 = 1e5;
+/// Optical thickness of the whole scene, filled with a medium, below which no light of the medium is
+/// visible beside the noise.
+const LEAST: f64 = 1e-5;
+
+/// Returns a warning for each uniform medium that is practically opaque, or invisible even if it
+/// filled the scene. `warned` has other warnings: a medium gets one.
+pub(super) fn warnings(scene: &Scene, warned: &[SceneProblem]) -> Vec<SceneProblem> {
+    let media = scene.media().iter().zip(scene.regions()).enumerate();
+    let is_new = |i: usize| {
+        let long = |w: &SceneProblem| {
+            w.subject == Subject::Medium(i)
+                && w.severity == ProblemSeverity::Warning(lints::LONG_PATHS)
+        };
+        !warned.iter().any(long)
+    };
+    let found = media.filter_map(|(i, (medium, region))| {
+        let extinction = medium.uniform_extinction()?.max();
+        if extinction == 0.0 || region.aabb.is_empty() || !is_new(i) {
+            return None;
+        }
+        let thickness = extinction * region.aabb.diagonal();
+        let of_scene = extinction * 2.0 * scene.around().radius;
+        let (what, thickness) = if thickness > MOST {
+            ("is opaque: its optical thickness is", thickness)
+        } else if of_scene < LEAST {
+            (
+                "is invisible: across the whole scene, its optical thickness is",
+                of_scene,
+            )
+        } else {
+            return None;
+        };
+        let name = &medium.name;
+        Some(SceneProblem::warning(
+            lints::EXTINCTION_UNITS,
+            Subject::Medium(i),
+            format!("medium '{name}' {what} {thickness:.0e}"),
+            "check the unit of its extinction: it is per unit of length of the scene",
+        ))
+    });
+    found.collect()
+}
