@@ -38,13 +38,13 @@ pub fn load_in_time(
         ControlFlow::Continue(loaded) => Ok(loaded?),
         ControlFlow::Break(None) => {
             warn_of(&format!(
-                "interrupted while {}: nothing is written",
+                "interrupted while {}: no file was written",
                 stage()
             ));
             Err(CommandError::Interrupted(interrupt.status()))
         }
         ControlFlow::Break(Some(time)) => Err(CommandError::Runtime(format!(
-            "the time limit of {time:?} was reached while {}: allow more by --time",
+            "the time limit of {time:?} was reached while {}: raise --time",
             stage()
         ))),
     }
@@ -83,10 +83,10 @@ pub fn load_with_warnings(args: &SceneArgs) -> Result<Loaded, CommandError> {
     Ok(loaded)
 }
 
-/// Shows a scene's warnings, and differences from Mitsuba's rendering, on the standard error.
+/// Shows a scene's warnings, and a note of differences from Mitsuba, on the standard error.
 pub fn warn(loaded: &Loaded) {
     show(&loaded.warnings);
-    show(&loaded.notes_of_differences());
+    show(&loaded.note_of_differences());
 }
 
 /// Returns the name of a scene file without its folder. Outputs contain this name, because they

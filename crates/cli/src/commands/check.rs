@@ -1,8 +1,8 @@
 //! `morgana check`.
 
 use crate::args::CheckArgs;
-use crate::command_error::CommandError;
-use crate::load::{load_as_it_is, options, warn};
+use crate::command_error::{CommandError, show};
+use crate::load::{load_as_it_is, options};
 use crate::output::say;
 use io::diagnostic::shown;
 use io::features::{Features, missing};
@@ -16,7 +16,8 @@ pub fn check(args: &CheckArgs) -> Result<ExitCode, CommandError> {
         return report(args);
     }
     let loaded = load_as_it_is(&args.scene)?;
-    warn(&loaded);
+    show(&loaded.warnings);
+    show(&loaded.notes_of_differences());
     Run::new(&loaded).check(args.scene.memory.limits())?;
     let film = loaded.scene().film();
     let what = match loaded.instruments.len() {
@@ -64,14 +65,14 @@ fn report(args: &CheckArgs) -> Result<ExitCode, CommandError> {
         })
         .collect();
     let can_be_used = !diagnostics.has_errors();
-    lines.extend(section("otherwise than in Mitsuba", approximated));
+    lines.extend(section("different from Mitsuba", approximated));
     lines.extend(section("missing", missing));
     let doubts = diagnostics.iter().filter(|d| d.severity != Severity::Error);
     let doubts = doubts.map(|d| {
         let check = d.lint.map(|lint| format!("[{lint}]")).unwrap_or_default();
         format!("{}{check}: {}", d.severity, d.message)
     });
-    lines.extend(section("doubtful", doubts.collect()));
+    lines.extend(section("warnings", doubts.collect()));
     let name = shown(&args.scene.path);
     let verdict = if can_be_used {
         "can be used"

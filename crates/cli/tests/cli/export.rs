@@ -54,7 +54,7 @@ fn a_report_lists_features() {
         "scene.xml: can be used",
         "supported:\n",
         "shape      sphere\n",
-        "otherwise than in Mitsuba:\n",
+        "different from Mitsuba:\n",
         "sample_count: ",
     ] {
         assert!(report.contains(part), "{part:?} in {report}");

@@ -61,6 +61,8 @@ pub struct Loaded {
     pub warnings: Diagnostics,
     /// Points in which Mitsuba would render the scene differently.
     pub differences: Vec<Difference>,
+    /// True if Mitsuba 3 has all plugins and parameters of the scene.
+    pub is_for_mitsuba: bool,
     /// Data files to which the scene refers.
     pub files: Vec<PathBuf>,
     /// Hash of the description and of all files to which it refers.
@@ -136,12 +138,26 @@ impl Loaded {
         }
     }
 
-    /// Returns notes about the differences from Mitsuba.
+    /// Returns a note that lists the differences from Mitsuba, if Mitsuba can render the scene and
+    /// would render it differently.
+    pub fn note_of_differences(&self) -> Diagnostics {
+        let mut notes = self.warnings.emptied();
+        if self.is_for_mitsuba && !self.differences.is_empty() {
+            let topics: Vec<_> = self.differences.iter().map(|d| d.topic).collect();
+            let topics = topics.join(", ");
+            let message = format!("differs from Mitsuba 3 in: {topics}; `morgana check` explains");
+            notes.push(lints::note(lints::DIFFERS_FROM_MITSUBA, message));
+        }
+        notes
+    }
+
+    /// Returns a note about each difference from Mitsuba.
     pub fn notes_of_differences(&self) -> Diagnostics {
         let mut notes = self.warnings.emptied();
         for (i, Difference { topic, text }) in self.differences.iter().enumerate() {
             let last = i + 1 == self.differences.len();
-            let help = last.then(|| String::from("docs/mitsuba.md says how much it matters"));
+            let help =
+                last.then(|| String::from("docs/mitsuba.md states the effect of each difference"));
             let message = format!("not as in Mitsuba 3 ({topic}): {text}");
             notes.push(lints::note(lints::DIFFERS_FROM_MITSUBA, message).help(help));
         }

@@ -57,6 +57,7 @@ pub use sampler::SamplerRequest;
 pub use sound_record::{FactSource, SeriesRecord, SoundRecord};
 
 use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::features::Features;
 use crate::query::Query;
 use crate::read_scene;
 use crate::scene::{FileRegistry, PluginKind, SceneDescription, SceneHash};
@@ -147,6 +148,7 @@ pub fn assemble(
     let mut met = std::mem::take(&mut first.differences);
     met.extend(diagnostics.differences());
     let differences = lint::differences(&known, &met);
+    let is_for_mitsuba = Features::of(description).own.is_empty();
     // Collect the settings that all groups share from the first.
     let (renderer, estimators) = (first.method.renderer, first.method.parameters);
     let samples = first.whole_periods(&mut diagnostics);
@@ -178,6 +180,7 @@ pub fn assemble(
         sampler,
         warnings: diagnostics,
         differences,
+        is_for_mitsuba,
         files: files.paths().map(Path::to_owned).collect(),
         hash,
         channel_names,

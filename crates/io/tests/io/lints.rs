@@ -37,6 +37,7 @@ fn names_are_told_with_the_message() {
     assert!(text.contains("\nwarning[missing_light]: "), "{text}");
     let notes = loaded.notes_of_differences();
     assert!(!notes.is_empty());
+    assert!(!loaded.is_for_mitsuba && loaded.note_of_differences().is_empty());
     assert!(
         names(&notes)
             .iter()

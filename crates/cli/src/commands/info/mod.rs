@@ -33,7 +33,7 @@ pub fn info(args: &InfoArgs) -> Result<ExitCode, CommandError> {
         let text = text::describe(&args.scene.path, &loaded);
         safe(&text.map_err(|e| CommandError::Runtime(e.to_string()))?)
             + &loaded.warnings.render(style)
-            + &loaded.notes_of_differences().render(style)
+            + &loaded.note_of_differences().render(style)
     };
     stdout.write_all(text.as_bytes())?;
     Ok(ExitCode::SUCCESS)
@@ -182,7 +182,7 @@ fn finds(required: RequiredConnection, walls: &Walls) -> (String, bool) {
         (None, Some(_)) => "by mirrors".into(),
         (Some(_), Some(_)) => format!("by mirrors or {}", partially(k)),
     };
-    let but = format!("{by}: complete but for light that is reflected {reflected} {edge}");
+    let but = format!("{by}: complete, except for light that is reflected {reflected} {edge}");
     (but, false)
 }
 
