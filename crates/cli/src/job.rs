@@ -48,14 +48,14 @@ impl Job {
         Job {
             scene: args.scene.path.clone(),
             defines: args.scene.defines.clone(),
-            integrator: args.integrator.clone(),
-            spp: args.spp,
-            sampler: args.sampler.clone(),
-            adaptive: args.adaptive,
-            particles: args.particles,
-            seed: args.seed,
-            target_error: args.target_error,
-            target: args.target,
+            integrator: args.sampling.integrator.clone(),
+            spp: args.sampling.spp,
+            sampler: args.sampling.sampler.clone(),
+            adaptive: args.sampling.adaptive,
+            particles: args.sampling.particles,
+            seed: args.sampling.seed,
+            target_error: args.stopping.target_error,
+            target: args.stopping.target,
             strategies: args.outputs.strategies.is_some(),
             silenced: args.scene.silence.clone(),
         }
@@ -63,7 +63,7 @@ impl Job {
 
     /// Returns the job that a part of a render belongs to.
     pub fn of_part(header: &Header) -> Result<Self, CommandError> {
-        let foreign = "the parts were not made by morgana render: merge them where they were made";
+        let foreign = "Python made these parts: merge them by morgana.distributed";
         serde_json::from_str(&header.origin).map_err(|_| CommandError::Usage(foreign.into()))
     }
 

@@ -22,7 +22,6 @@ pub fn check(program: &Command, matches: &ArgMatches) -> Result<(), CommandError
     for arg in command.get_arguments() {
         let files = || paths(arg, matches);
         match arg.get_id().as_str() {
-            "output" => written.extend(files()),
             id if !arg.is_positional() && WRITTEN.contains(&id) => written.extend(files()),
             id if READ.contains(&id) => read.extend(files()),
             _ if arg.is_positional() && command.get_name() != "merge" => read.extend(files()),

@@ -19,24 +19,39 @@ pub struct DenoiseArgs {
     )]
     pub layer: String,
     /// Layer with the albedo of first surfaces; by default the layer albedo, if it exists.
-    #[arg(long, value_name = "NAME", conflicts_with = "no_guides")]
+    #[arg(
+        long,
+        value_name = "NAME",
+        conflicts_with = "no_guides",
+        hide_short_help = true
+    )]
     pub albedo: Option<String>,
-    /// Layer with the normals of first surfaces; by default sh_normal or geo_normal, if it and an
-    /// albedo exist.
-    #[arg(long, value_name = "NAME", conflicts_with = "no_guides")]
+    /// Layer with the normals of first surfaces; by default sh_normal or geo_normal.
+    ///
+    /// Without this option, normals guide the denoiser only if the image also has an albedo.
+    #[arg(
+        long,
+        value_name = "NAME",
+        conflicts_with = "no_guides",
+        hide_short_help = true
+    )]
     pub normal: Option<String>,
     /// Use neither albedo nor normals.
     #[arg(long)]
     pub no_guides: bool,
-    /// Program oidnDenoise of Open Image Denoise; by default the one in the environment variable
-    /// MORGANA_OIDN, or on the PATH.
+    /// Program oidnDenoise of Open Image Denoise.
+    ///
+    /// The default is the value of the environment variable MORGANA_OIDN, or else oidnDenoise on the
+    /// PATH.
     #[arg(long, value_name = "PROGRAM")]
     pub oidn: Option<PathBuf>,
     #[command(flatten)]
     pub tone: ToneArgs,
     #[command(flatten)]
     pub memory: MemoryArgs,
-    /// File to write: .exr with the layers denoised and difference, or .png. May be repeated.
+    /// File to write: .exr or .png; may be repeated.
+    ///
+    /// The EXR file has the layers denoised and difference.
     #[arg(short, long, value_name = "FILE", required = true)]
     pub output: Vec<PathBuf>,
     /// Print only errors.

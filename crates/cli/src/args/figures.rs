@@ -111,8 +111,9 @@ pub enum FigureArgs {
         /// Array, for example absorbed; the fluence by default.
         #[arg(long, value_name = "NAME")]
         array: Option<String>,
-        /// Bin of another axis, from 0, such as order=1, delay=3, opl=0 or channel=2. Without it,
-        /// gates are summed and channels averaged; sidebands and correlations require it.
+        /// Bin of another axis, from 0, such as order=1, delay=3 or channel=2.
+        ///
+        /// Without it, gates are summed and channels averaged. Sidebands and correlations require it.
         #[arg(long = "bin", value_name = "AXIS=N", value_parser = bin)]
         bins: Vec<(String, usize)>,
         /// Logarithmic colour scale.

@@ -30,7 +30,7 @@ impl FromStr for Frames {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let wrong = || {
-            "expected FIRST..LAST or FIRST..LAST:STEP, the last included, for example 0..47 or 000..240:10".to_owned()
+            "expected FIRST..LAST or FIRST..LAST:STEP, for example 0..47 or 000..240:10".to_owned()
         };
         let (range, step) = text.split_once(':').unwrap_or((text, "1"));
         let (first, last) = range.split_once("..").ok_or_else(wrong)?;
@@ -45,7 +45,9 @@ impl FromStr for Frames {
             return Err(wrong());
         }
         if (frames.last - frames.first) / frames.step >= MOST {
-            return Err(format!("there are at most {MOST} frames"));
+            return Err(format!(
+                "the sequence has too many frames: give at most {MOST}"
+            ));
         }
         Ok(frames)
     }

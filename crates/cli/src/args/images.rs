@@ -10,13 +10,17 @@ use std::path::PathBuf;
 /// Brightness of images on a screen.
 #[derive(Clone, Copy, Debug, ClapArgs)]
 pub struct ToneArgs {
-    /// Exposure of PNG files in stops, 0 for none; auto chooses it so that the image is neither
-    /// black nor overexposed, and prints it (docs/images.md).
-    #[arg(long, value_name = "STOPS", default_value = "auto", allow_negative_numbers = true, value_parser = exposure)]
+    /// Exposure of PNG files in stops; 0 for none.
+    ///
+    /// auto chooses an exposure for which the image is neither black nor overexposed, and prints it
+    /// (docs/images.md).
+    #[arg(long, value_name = "STOPS", default_value = "auto", allow_negative_numbers = true, value_parser = exposure, hide_short_help = true)]
     pub exposure: Exposure,
-    /// Tone curve of PNG files: srgb clips values at 1; filmic compresses values up to 5.6 (curve
-    /// of J. Hable, 2010), which darkens the others.
-    #[arg(long, value_name = "CURVE", default_value = "srgb", value_parser = curve)]
+    /// Tone curve of PNG files: srgb or filmic.
+    ///
+    /// srgb clips values at 1. filmic compresses values up to 5.6 (curve of J. Hable, 2010), which
+    /// darkens the others.
+    #[arg(long, value_name = "CURVE", default_value = "srgb", value_parser = curve, hide_short_help = true)]
     pub tone_map: Curve,
 }
 
@@ -61,19 +65,21 @@ pub struct CompareArgs {
     )]
     pub layer: String,
     /// Layer of the reference, if its name differs; '' for the image itself.
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", hide_short_help = true)]
     pub reference_layer: Option<String>,
     /// Exposure of both images for FLIP, in stops.
-    #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true, value_parser = finite)]
+    #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true, value_parser = finite, hide_short_help = true)]
     pub exposure: f64,
     /// Divide differences of means over blocks of N × N pixels by their standard errors.
-    #[arg(long, value_name = "N", default_value = "1", value_parser = block)]
+    #[arg(long, value_name = "N", default_value = "1", value_parser = block, hide_short_help = true)]
     pub block: usize,
     /// Write a map of visible differences (FLIP): .png or .exr.
     #[arg(long = "image", value_name = "FILE")]
     pub map: Option<PathBuf>,
-    /// Write a map of differences over standard errors, from blue (darker than the reference, -5)
-    /// to red (brighter, 5): .png, or .exr for the numbers. Both images need variances.
+    /// Write a map of differences over standard errors: .png or .exr.
+    ///
+    /// The PNG file shows -5 (darker than the reference) in blue and 5 (brighter) in red. The EXR
+    /// file has the numbers. Both images need variances.
     #[arg(long, value_name = "FILE")]
     pub zmap: Option<PathBuf>,
     /// Print JSON.
@@ -90,18 +96,20 @@ pub struct CompareArgs {
 #[command(next_help_heading = "Limits")]
 pub struct Limits {
     /// Largest root mean square difference.
-    #[arg(long, value_name = "X", value_parser = not_negative)]
+    #[arg(long, value_name = "X", value_parser = not_negative, hide_short_help = true)]
     pub max_rmse: Option<f64>,
     /// Largest mean squared relative difference.
     #[arg(long, value_name = "X", value_parser = not_negative)]
     pub max_relative_mse: Option<f64>,
     /// Smallest ratio of the reference's maximum to the error, in decibels.
-    #[arg(long, value_name = "DB", allow_negative_numbers = true, value_parser = finite)]
+    #[arg(long, value_name = "DB", allow_negative_numbers = true, value_parser = finite, hide_short_help = true)]
     pub min_psnr: Option<f64>,
     /// Largest mean FLIP, from 0 to 1.
     #[arg(long, value_name = "X", value_parser = not_negative)]
     pub max_flip: Option<f64>,
-    /// Largest ratio of difference to standard error. Both need variances.
+    /// Largest ratio of difference to standard error.
+    ///
+    /// Both images need variances.
     #[arg(long, value_name = "X", value_parser = not_negative)]
     pub max_z: Option<f64>,
 }

@@ -35,7 +35,7 @@ pub use volumes::ConvertArgs;
     max_term_width = 100,
     arg_required_else_help = true,
     after_help = "Example:\n  morgana render scenes/luneburg_fog.xml -o fog.exr -o fog.png\n\n\
-        Each command has examples of its own: morgana trace --help."
+        Each command has its own options and examples: morgana trace --help."
 )]
 pub struct Args {
     /// Command.
@@ -43,119 +43,146 @@ pub struct Args {
     pub command: Command,
 }
 
-/// Commands.
+/// Commands. `-h` shows the first example and the most used options, `--help` everything.
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Render a scene to images.
-    #[command(after_help = "Example:\n  \
+    #[command(after_long_help = "Examples:\n  \
         morgana render scenes/luneburg_fog.xml --spp 256 -o fog.exr -o fog.png\n  \
-        morgana render scenes/luneburg_fog.xml --spp 9999 --checkpoint fog.part --resume\n\n\
-        Without -o, an EXR and a PNG file named after the scene are written to the current folder; \
-        an NPZ file if the scene has meters in place of a camera (docs/meters.md). \
-        Ctrl-C stops the render and writes what there is; the same seed always gives the same image, \
-        whatever the number of threads, and however often it was interrupted and resumed (docs/clusters.md).")]
+        morgana render scenes/luneburg_fog.xml --spp 1e4 --checkpoint fog.part --resume\n\n\
+        Without -o, the command writes an EXR and a PNG file named after the scene to the current folder, or an NPZ \
+        file if the scene has meters instead of a camera (docs/meters.md). Ctrl-C stops the render and writes its \
+        result so far. The same seed always gives the same image, for any number of threads, and even if the render \
+        was interrupted and resumed (docs/clusters.md).")]
     Render(Box<RenderArgs>),
     /// Merge the parts of a render.
-    #[command(after_help = "Example:\n  \
+    #[command(
+        after_help = "Example:\n  morgana merge fog.0-of-2.part fog.1-of-2.part -o fog.exr -o fog.png",
+        after_long_help = "Example:\n  \
         morgana merge fog.0-of-2.part fog.1-of-2.part -o fog.exr -o fog.png\n\n\
-        Parts come from morgana render --shard and --checkpoint. The result is that of a render in one piece, \
-        bit for bit. With -o NAME.part, it is a part again. The scene is read from where it was rendered, or \
-        from --scene; parts of other scenes, versions or settings are refused, and samples that two parts have.")]
+        morgana render --shard and --checkpoint write parts. The result equals a render in one piece, bit for bit. \
+        With -o NAME.part, the result is a part again. The command reads the scene from the file that was rendered, or \
+        from --scene. It refuses parts of different scenes, versions or settings, and parts that share samples."
+    )]
     Merge(MergeArgs),
     /// List existing and missing parts of a render.
     #[command(after_help = "Examples:\n  \
         morgana status fog.0-of-2.part fog.1-of-2.part\n  \
         morgana status --missing fog.0-of-2.part\n\n\
-        Exit status: 0 if all samples are there, 1 if not. With --missing, print what Slurm's --array takes: \
+        Exit status: 0 if all samples exist, 1 if some are missing. --missing prints the argument of Slurm's --array: \
         sbatch --array=$(morgana status --missing *.part) job.sh")]
     Status(StatusArgs),
-    /// Describe a scene: media, emitters, certificates of unique connections, memory.
+    /// Describe a scene: media, emitters, unique connections, memory.
     #[command(after_help = "Example:\n  morgana info scenes/luneburg_fog.xml")]
     Info(InfoArgs),
-    /// Trace rays through a scene and write their paths as CSV, JSON or a plot.
-    #[command(after_help = "Example:\n  \
+    /// Trace rays through a scene, and write or draw their paths.
+    #[command(
+        after_help = "Example:\n  \
+        morgana trace scenes/luneburg_fog.xml --from=-3,0,0 --direction 1,0,0 -o ray.svg",
+        after_long_help = "Example:\n  \
         morgana trace scenes/luneburg_fog.xml --from=-3,0,0 --direction 1,0,0 \\\n    \
         --rays 15 --width 1.8 -o rays.svg\n\n\
-        Rays pass index-matched boundaries, are refracted by smooth dielectrics (or totally reflected) \
-        and reflected by smooth metals; they end at any other surface and where they leave the scene. \
-        Nothing is scattered. Without -o, CSV goes to the standard output.")]
+        Rays pass index-matched boundaries, are refracted or totally reflected by smooth dielectrics, and are \
+        reflected by smooth metals. They end at all other surfaces, and where they leave the scene. Nothing scatters \
+        them. Without -o, the command prints CSV, with 10 significant digits; files have all digits."
+    )]
     Trace(TraceArgs),
     /// Show images, readings of meters and scenes in the browser.
     #[command(after_help = "Examples:\n  \
         morgana view fog.exr\n  \
         morgana view path.exr bdpt.exr scenes/luneburg_fog.xml\n\n\
-        Prints the address of a page, which only this machine can reach and which holds a random token. The page shows \
+        The command prints the address of a page with a random token, which only this machine can reach. The page shows \
         values with their errors, compares images, and follows curved rays through a scene (docs/guides/viewer.md). \
-        Ctrl-C ends.")]
+        Ctrl-C ends the command.")]
     View(ViewArgs),
     /// Find the rays between two points of a scene.
-    #[command(after_help = "Examples:\n  \
+    #[command(
+        after_help = "Example:\n  \
+        morgana connect scenes/luneburg_fog.xml --from=-0.5,0.2,0 --to 0.7,0,0.1\n\n\
+        Exit status: 0 if a ray is found, 1 if none is found, 2 for bad input.",
+        after_long_help = "Examples:\n  \
         morgana connect scenes/luneburg_fog.xml --from=-0.5,0.2,0 --to 0.7,0,0.1\n  \
         morgana connect scenes/aquarium_laser.xml --from=10,4,0 --to 30,12,5 --all --reflections 1\n\n\
-        Prints JSON: the primary branch, found from the direction of the chord, with its directions, \
-        lengths, transmittance per channel and the ray-tube Jacobian dA/dΩ. With --all, every branch, \
-        the shortest optical path first; \"primary\" says which one is found from the chord, \
-        \"occluded\" whether an opaque or rough surface blocks it, \"reflections\" how often it is \
-        reflected where it could have been refracted. The search follows rays in some 1500 directions; \
-        branches that graze an interface may be missed. \"failure\" and \"occluded\" at the end are \
-        those of the primary branch.\n\n\
-        \"certified_unique\" says that no second ray can exist, reflected where it could have been refracted at most as often as \
-        was asked for; false says that none is known not to. \
-        That there is no ray is an answer, not an error.")]
+        The command prints JSON. \"branches\" lists rays with their directions, lengths, transmittance per channel and \
+        ray-tube Jacobian dA/dΩ. Without --all, it has only the primary branch, which is found from the direction of \
+        the chord; with --all, every branch, the shortest optical path first. \"occluded\" says if an opaque or rough \
+        surface blocks a branch; \"reflections\" is the number of reflections where the ray could have been refracted. \
+        The search follows rays in some 1500 directions and may miss branches that graze an interface. \"failure\" and \
+        \"occluded\" at the end describe the primary branch.\n\n\
+        \"certified_unique\": true says that no second ray exists with up to --reflections such reflections. false says \
+        that a second ray is possible.\n\n\
+        Exit status: 0 if a ray is found, even if a surface blocks it; 1 if none is found; 2 for bad input."
+    )]
     Connect(ConnectArgs),
-    /// Draw figures of results: profiles, maps, histograms over time, sections of fluence, convergence.
+    /// Draw figures: profiles, maps, histograms, sections, convergence.
     #[command(after_help = "Example:\n  \
         morgana plot profile with.exr without.exr --row 48 -o profile.svg\n\n\
-        Each figure has an example of its own: morgana plot image --help.")]
+        Each figure has its own example: morgana plot image --help.")]
     Plot(PlotArgs),
-    /// Compare an image with a reference: errors, a map of visible differences, standard errors.
-    #[command(after_help = "Examples:\n  \
+    /// Compare an image with a reference: errors and maps of differences.
+    #[command(
+        after_help = "Example:\n  morgana compare new.exr old.exr --image difference.png",
+        after_long_help = "Examples:\n  \
         morgana compare new.exr old.exr --image difference.png\n  \
         morgana compare path.exr bdpt.exr --max-z 6 --max-relative-mse 0.01\n\n\
-        Exit status: 0 if no limit is exceeded, 1 if one is, 2 if the images cannot be compared. Numbers are of \
-        linear values, over all pixels and channels (docs/images.md).")]
+        Errors are computed from linear values, over all pixels and channels (docs/images.md). Exit status: 0 if no \
+        limit is exceeded, 1 if one is exceeded, 2 if the images cannot be compared."
+    )]
     Compare(CompareArgs),
     /// Convert an image to a PNG file for a screen.
     #[command(after_help = "Examples:\n  \
         morgana tonemap fog.exr -o fog.png\n  \
         morgana tonemap fog.exr --exposure 1.5 --tone-map filmic -o fog.png\n\n\
-        For false colours with a colour bar see morgana plot image.")]
+        morgana plot image draws false colours with a colour bar.")]
     Tonemap(TonemapArgs),
     /// Denoise an image with Open Image Denoise into another file.
-    #[command(after_help = "Example:\n  \
+    #[command(
+        after_help = "Example:\n  morgana denoise fog.exr -o fog_denoised.exr -o fog_denoised.png",
+        after_long_help = "Example:\n  \
         morgana denoise fog.exr -o fog_denoised.exr -o fog_denoised.png\n\n\
-        Runs the program oidnDenoise, which must be installed (https://www.openimagedenoise.org). The layers albedo and sh_normal \
-        of the image guide it, if an integrator aov has put them there (docs/images.md). A denoised image is no estimate: its error \
-        is not known. The layer 'difference' of the EXR file is (denoised - estimate) / standard error, and tells where more \
-        was changed than noise explains.")]
+        The command runs the program oidnDenoise, which must be installed (https://www.openimagedenoise.org). If the \
+        image has the layers albedo and sh_normal from an integrator aov, they guide the denoiser (docs/images.md). \
+        Denoising adds an unknown bias: do not measure on a denoised image. The layer 'difference' of the EXR file is \
+        (denoised - estimate) / standard error. It shows where the denoiser changed more than noise explains."
+    )]
     Denoise(DenoiseArgs),
     /// Convert a volume to another format and describe it.
-    #[command(after_help = "Examples:\n  \
-        morgana convert density.npy density.vti --axes xyz --spacing 0.1,0.1,0.2\n  \
-        morgana convert kwave.h5 pressure.nrrd --dataset p_final --axes zyx --resample 64x64x32\n\n\
+    #[command(
+        after_help = "Example:\n  \
+        morgana convert density.npy -o density.vti --axes xyz --spacing 0.1,0.1,0.2",
+        after_long_help = "Examples:\n  \
+        morgana convert density.npy -o density.vti --axes xyz --spacing 0.1,0.1,0.2\n  \
+        morgana convert kwave.h5 -o pressure.nrrd --dataset p_final --axes zyx --resample 64x64x32\n\n\
         Extensions choose the formats: .vol, .npy, .npz, .h5 or .hdf5, .mat, .nrrd, .vti and .vtk \
-        (docs/scene-format.md). Numbers keep their type where the new format has it; if values are \
-        rounded or the place in space is not kept, the summary says so.")]
+        (docs/scene-format.md). Numbers keep their type if the new format has it. The summary states whether values \
+        are rounded and whether the position in space is kept."
+    )]
     Convert(ConvertArgs),
-    /// Check a scene without rendering it: every error, warning and note.
-    #[command(after_help = "Example:\n  \
+    /// Check a scene without a render: every error, warning and note.
+    #[command(after_help = "Examples:\n  \
         morgana check scenes/acousto_optic_tissue.xml -D sigma_t=0.2\n  \
         morgana check --mitsuba scenes/luneburg_fog.xml\n\n\
-        Data files are read, too. Exit status: 0 if the scene can be used, 2 if not.")]
+        The check reads data files, too. It lists every difference from Mitsuba 3. Exit status: 0 if the scene can be \
+        used, 2 if not.")]
     Check(CheckArgs),
     /// Write a scene in the format of Mitsuba 3.
-    #[command(after_help = "Examples:\n  \
+    #[command(
+        after_help = "Example:\n  morgana export old.xml -o new.xml",
+        after_long_help = "Examples:\n  \
         morgana export old.xml -o new.xml\n  \
         morgana export scene.json -D albedo=0.5 -o scene.xml\n\n\
-        Scenes of Mitsuba 0.5 and 0.6 and dictionaries in JSON become XML of Mitsuba 3 in one file, with the values \
-        of all parameters; with -o FILE.json, a dictionary. What only morgana has, such as the 'ior' of a medium, \
-        stays, and is listed: Mitsuba refuses it. Names of data files are those seen from the new file.")]
+        Scenes of Mitsuba 0.5 and 0.6 and dictionaries in JSON become one XML file of Mitsuba 3, with the values of all \
+        parameters; with -o FILE.json, a dictionary. Features that only morgana has, such as the 'ior' of a medium, \
+        stay in the file, and Mitsuba refuses them; the command lists them. Names of data files are relative to the \
+        new file."
+    )]
     Export(ExportArgs),
     /// Print the schema of scenes for completion and checks in editors.
     #[command(after_help = "Examples:\n  \
         morgana schema > scene.schema.json\n  \
         morgana schema --format xsd > scene.xsd\n\n\
-        A scene in JSON names it by \"$schema\": \"scene.schema.json\"; editors of XML have a setting for it (docs/scene-format.md).")]
+        A scene in JSON names its schema by \"$schema\": \"scene.schema.json\". For XML, see the settings of the editor \
+        (docs/scene-format.md).")]
     Schema {
         /// Format: json for scenes in JSON, xsd for scenes in XML.
         #[arg(long, value_name = "FORMAT", default_value = "json", value_parser = ["json", "xsd"])]
@@ -187,7 +214,7 @@ pub struct SceneArgs {
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = define)]
     pub defines: Vec<(String, String)>,
     /// Suppress the warnings of a check, by the name in brackets; may be repeated.
-    #[arg(long, value_name = "CHECK", value_parser = io::diagnostic::lints::named)]
+    #[arg(long, value_name = "CHECK", value_parser = io::diagnostic::lints::named, hide_short_help = true)]
     pub silence: Vec<Lint>,
     #[command(flatten)]
     pub memory: MemoryArgs,
@@ -196,10 +223,12 @@ pub struct SceneArgs {
 /// Limit of memory.
 #[derive(Clone, Copy, Debug, ClapArgs)]
 pub struct MemoryArgs {
-    /// Memory for each data file once it is read, whatever its size, and for the film or the
-    /// meters, for example 8G (K, M, G and T are powers of 1024). A file may always take ten times
-    /// its size plus 64M. Defaults: 2G per file; the system's memory for the film and the meters.
-    #[arg(long, value_name = "SIZE", value_parser = size)]
+    /// Limit of memory for each data file and for the film or the meters, for example 8G.
+    ///
+    /// K, M, G and T are powers of 1024. A data file may always take ten times its size plus 64M,
+    /// even beyond this limit. Defaults: 2G per file; the system's memory for the film and the
+    /// meters.
+    #[arg(long, value_name = "SIZE", value_parser = size, hide_short_help = true)]
     pub memory: Option<u64>,
 }
 
@@ -252,14 +281,50 @@ mod tests {
         Args::command().debug_assert();
     }
 
-    /// Returns the commands in a help text, joined at lines that end with a backslash.
+    /// Returns the commands in the help texts, joined at lines that end with a backslash.
     fn examples(command: &clap::Command) -> Vec<String> {
-        let help = command.get_after_help().map(ToString::to_string);
-        let help = help.unwrap_or_default().replace("\\\n", " ");
+        let texts = [command.get_after_help(), command.get_after_long_help()];
+        let texts = texts.into_iter().flatten().map(ToString::to_string);
+        let help = texts.collect::<Vec<_>>().join("\n").replace("\\\n", " ");
         let examples = help.lines().filter_map(|l| l.strip_prefix("  "));
         examples
             .map(|l| l.split(" > ").next().unwrap_or(l).to_owned())
             .collect()
+    }
+
+    #[test]
+    fn short_help_fits_a_small_terminal() {
+        let mut long = Vec::new();
+        let program = Args::command().term_width(80);
+        program
+            .get_subcommands()
+            .for_each(|command| check_short_help(command, &mut long));
+        assert!(long.is_empty(), "{}", long.join("\n"));
+    }
+
+    /// Checks that the short help of a command and of its subcommands names the long help if that
+    /// says more, and adds it to `long` if it has more than 25 lines.
+    fn check_short_help(command: &clap::Command, long: &mut Vec<String>) {
+        let [short, all] = [false, true].map(|is_long| {
+            let mut command = command.clone().term_width(80);
+            let help = if is_long {
+                command.render_long_help()
+            } else {
+                command.render_help()
+            };
+            help.to_string().trim_end().to_owned()
+        });
+        let lines = short.lines().count();
+        if lines > 25 {
+            long.push(format!("{lines} lines:\n{short}\n"));
+        }
+        assert!(
+            short.contains("'--help'") || all.lines().count() == lines,
+            "{short}"
+        );
+        for command in command.get_subcommands() {
+            check_short_help(command, long);
+        }
     }
 
     #[test]

@@ -10,20 +10,25 @@ use std::time::Duration;
 /// Checkpoints and shards of a render.
 #[derive(Clone, Debug, ClapArgs)]
 pub struct KeepArgs {
-    /// Save the samples in this file: periodically, when the render is interrupted (Ctrl-C,
-    /// SIGTERM, or a closed terminal), and at its end.
-    #[arg(long, value_name = "FILE")]
+    /// Save the samples in this file, to continue with --resume.
+    ///
+    /// The command saves them periodically, when the render is interrupted (Ctrl-C, SIGTERM, or a
+    /// closed terminal), and at its end.
+    #[arg(long, value_name = "FILE", hide_short_help = true)]
     pub checkpoint: Option<PathBuf>,
     /// Time between saves of the checkpoint or of a shard's part.
-    #[arg(long, value_name = "DURATION", default_value = "1m", value_parser = duration)]
+    #[arg(long, value_name = "DURATION", default_value = "1m", value_parser = duration, hide_short_help = true)]
     pub checkpoint_every: Duration,
-    /// Continue from the checkpoint, or from the shard's part, if it exists; the result equals an
-    /// uninterrupted render bit for bit. --spp may be larger than at first.
-    #[arg(long)]
+    /// Continue from the checkpoint, or from the shard's part, if it exists.
+    ///
+    /// The result equals an uninterrupted render bit for bit. --spp may be larger than at first.
+    #[arg(long, hide_short_help = true)]
     pub resume: bool,
-    /// Render part I (0 to N − 1) of N parts of the samples, and write a .part file for morgana
-    /// merge. auto reads I and N from the variables of Slurm and AWS Batch arrays; auto/N only I.
-    #[arg(long, value_name = "I/N", value_parser = shard, conflicts_with_all = ["checkpoint", "target_error"])]
+    /// Render part I (0 to N − 1) of N parts of the samples, for morgana merge.
+    ///
+    /// The command writes a .part file. auto reads I and N from the variables of Slurm and AWS Batch
+    /// arrays; auto/N reads only I.
+    #[arg(long, value_name = "I/N", value_parser = shard, conflicts_with_all = ["checkpoint", "target_error"], hide_short_help = true)]
     pub shard: Option<Shard>,
 }
 

@@ -27,21 +27,30 @@ pub struct TraceArgs {
     #[arg(long, value_name = "LENGTH", default_value_t = 0.0, value_parser = not_negative)]
     pub width: f64,
     /// Longest ray; ten times the size of the scene by default.
-    #[arg(long, value_name = "LENGTH", value_parser = positive)]
+    #[arg(long, value_name = "LENGTH", value_parser = positive, hide_short_help = true)]
     pub max_length: Option<f64>,
-    /// Index of the straight reference rays of optical path differences; by default the
-    /// `reference_index` of the scene's `aov`, which may vary, or the index of the surroundings.
-    #[arg(long, value_name = "N", value_parser = positive)]
+    /// Index of the straight reference rays of optical path differences.
+    ///
+    /// The default is the `reference_index` of the scene's `aov`, which may vary in space, or else
+    /// the index of the surroundings.
+    #[arg(long, value_name = "N", value_parser = positive, hide_short_help = true)]
     pub reference_index: Option<f64>,
-    /// Wavelength in vacuum, in scene units, to give optical path differences in waves, too.
-    #[arg(long, value_name = "LENGTH", value_parser = positive)]
+    /// Wavelength in vacuum, in scene units, to write optical path differences also in waves.
+    #[arg(long, value_name = "LENGTH", value_parser = positive, hide_short_help = true)]
     pub wavelength: Option<f64>,
-    /// Draw the rays over this picture (.png) of the scene, as its camera sees them; needs -o
-    /// FILE.svg.
-    #[arg(long, value_name = "PICTURE", requires = "output")]
+    /// Draw the rays over this picture (.png) of the scene.
+    ///
+    /// The rays are drawn as the scene's camera sees them. This needs -o FILE.svg.
+    #[arg(
+        long,
+        value_name = "PICTURE",
+        requires = "output",
+        hide_short_help = true
+    )]
     pub overlay: Option<PathBuf>,
-    /// File to write; its extension chooses the format: .csv or .json, .svg for a plot, .obj, .ply
-    /// or .vtk for other programs.
+    /// File to write: .csv, .json, .svg, .obj, .ply or .vtk.
+    ///
+    /// .svg is a plot; .obj, .ply and .vtk are for other programs.
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
 }
@@ -57,10 +66,13 @@ pub struct ConnectArgs {
     /// End of the ray.
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point)]
     pub to: DVec3,
-    /// Find every branch by a dense search, not only the primary one.
+    /// Find every branch by a dense search, instead of the primary branch only.
     #[arg(long)]
     pub all: bool,
-    /// Allow up to this many reflections at smooth dielectrics, where refraction is possible.
+    /// Number of reflections to allow where refraction is possible.
+    ///
+    /// A ray of a branch may be reflected up to this many times at smooth dielectrics that it could
+    /// also pass. Total reflections do not count.
     #[arg(long, value_name = "K", default_value_t = 0, requires = "all", value_parser = reflections)]
     pub reflections: u32,
 }

@@ -1,6 +1,6 @@
 //! Arguments of `morgana render`.
 
-use super::values::{duration, measure, particles, positive, samples, seed, threads};
+use super::values::{duration, fraction, measure, particles, samples, seed, threads};
 use super::{Frames, KeepArgs, SceneArgs, ToneArgs};
 use clap::Args as ClapArgs;
 use std::path::PathBuf;
@@ -9,23 +9,28 @@ use transport::render::Measure;
 
 /// Output of a render.
 #[derive(Clone, Debug, ClapArgs)]
+#[command(next_help_heading = "Output")]
 pub struct OutputArgs {
-    /// File to write; its extension chooses the format: .exr, .png or .npy for an image, .npz, .h5,
-    /// .nrrd or .npy for the readings of meters. May be repeated.
+    /// Image or readings to write; may be repeated.
+    ///
+    /// The extension chooses the format: .exr, .png or .npy for an image; .npz, .h5, .nrrd or .npy
+    /// for the readings of meters.
     #[arg(short, long, value_name = "FILE")]
     pub output: Vec<PathBuf>,
-    /// Write an EXR file with the contribution of each strategy of bdpt or particle: layers
-    /// s1t2.weighted, which add up to the image, and s1t2.unweighted, for s vertices from the
-    /// emitter and t from the sensor (8: 8 or more).
-    #[arg(long, value_name = "FILE")]
+    /// Write an EXR file with the contribution of each strategy of bdpt or particle.
+    ///
+    /// A layer s1t2.weighted has the contribution of paths with 1 vertex from the emitter and 2
+    /// from the sensor (8 stands for 8 or more), weighted by MIS. These layers add up to the image.
+    /// s1t2.unweighted has the contribution without its weight.
+    #[arg(long, value_name = "FILE", hide_short_help = true)]
     pub strategies: Option<PathBuf>,
     #[command(flatten)]
     pub tone: ToneArgs,
     /// Write counts, rates and settings as JSON.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", hide_short_help = true)]
     pub stats: Option<PathBuf>,
     /// Print only errors.
-    #[arg(short, long)]
+    #[arg(short, long, hide_short_help = true)]
     pub quiet: bool,
 }
 
@@ -36,57 +41,102 @@ pub struct RenderArgs {
     pub scene: SceneArgs,
     #[command(flatten)]
     pub outputs: OutputArgs,
-    /// Samples per pixel, instead of the scene's.
+    #[command(flatten)]
+    pub sampling: SamplingArgs,
+    #[command(flatten)]
+    pub stopping: StoppingArgs,
+    #[command(flatten)]
+    pub machines: MachineArgs,
+    #[command(flatten)]
+    pub live: LiveArgs,
+}
+
+/// Samples of a render.
+#[derive(Clone, Debug, ClapArgs)]
+#[command(next_help_heading = "Samples")]
+pub struct SamplingArgs {
+    /// Samples per pixel, for example 256 or 1e3.
+    ///
+    /// This number overrides the scene's.
     #[arg(long, value_name = "N", value_parser = samples)]
     pub spp: Option<u64>,
-    /// Sampler, instead of the scene's: independent, ldsampler (evenly distributed in at least four
-    /// replicates), or ldsampler:64 (in replicates of 64 samples, a power of two up to 1024).
-    #[arg(long, value_name = "NAME")]
-    pub sampler: Option<String>,
-    /// Give noisy pixels more samples, with the integrator path, like the sampler's parameter
-    /// adaptive.
-    #[arg(long)]
-    pub adaptive: bool,
-    /// Number of particles for scenes with meters instead of a camera, for example 1e7; overrides
-    /// the scene's.
+    /// Number of particles for meters, for example 1e7.
+    ///
+    /// This number is for scenes with meters instead of a camera, and overrides the scene's.
     #[arg(long, value_name = "N", value_parser = particles, conflicts_with = "spp")]
     pub particles: Option<u64>,
-    /// Seed of the random numbers.
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = seed, allow_negative_numbers = true)]
-    pub seed: u64,
-    /// Number of threads; all CPUs by default.
-    #[arg(long, value_name = "N", value_parser = threads)]
-    pub threads: Option<usize>,
-    /// Stop after this time, for example 30s, 2m or 1h30m; --spp is then an upper bound. The time
-    /// includes loading; if loading takes longer, the command fails. A pass over the image is
-    /// abandoned 0.6 s after the limit.
-    #[arg(long, value_name = "DURATION", value_parser = duration)]
-    pub time: Option<Duration>,
-    /// Stop at this measured error, a fraction of the image's mean, for example 0.01; --spp is then
-    /// an upper bound. Stopping by measured errors biases the mean slightly.
-    #[arg(long, value_name = "X", value_parser = positive)]
-    pub target_error: Option<f64>,
-    /// Error for --target-error: image, the standard error of the image's mean (default), or pixel,
-    /// the root mean square of pixels' errors.
-    #[arg(long, value_name = "WHAT", requires = "target_error", value_parser = measure)]
-    pub target: Option<Measure>,
-    /// Estimator, instead of the scene's: auto, path, particle, bdpt, vcm, photon or sppm.
-    /// Parameters common to all keep the scene's values.
+    /// Estimator, such as auto, path, particle or bdpt.
+    ///
+    /// Estimators: auto, path, particle, bdpt, vcm, photon, sppm. This option overrides the scene's. Parameters that both estimators have keep the scene's values.
     #[arg(long, value_name = "NAME")]
     pub integrator: Option<String>,
-    /// Render a sequence: FIRST..LAST or FIRST..LAST:STEP, the last included. The frame number
-    /// replaces {frame} in values of -D and in file names, with as many digits as FIRST. All frames
-    /// use one seed, and the integrator that a pilot chooses for the first. --resume skips frames
-    /// whose files exist.
-    #[arg(long, value_name = "RANGE")]
+    /// Sampler: independent, ldsampler or ldsampler:64; overrides the scene's.
+    ///
+    /// ldsampler distributes samples evenly in at least four replicates, ldsampler:64 in replicates of 64 samples (a power of two up to 1024).
+    #[arg(long, value_name = "NAME", hide_short_help = true)]
+    pub sampler: Option<String>,
+    /// Give noisy pixels more samples.
+    ///
+    /// This works with the integrator path, like the sampler's parameter adaptive.
+    #[arg(long, hide_short_help = true)]
+    pub adaptive: bool,
+    /// Seed of the random numbers.
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = seed, allow_negative_numbers = true, hide_short_help = true)]
+    pub seed: u64,
+}
+
+/// Conditions that end a render.
+#[derive(Clone, Debug, ClapArgs)]
+#[command(next_help_heading = "Stopping")]
+pub struct StoppingArgs {
+    /// Stop after this time, for example 30s, 2m or 1h30m.
+    ///
+    /// --spp is then an upper bound. The time includes loading; if loading takes longer, the
+    /// command fails. A pass over the image is abandoned 0.6 s after the limit.
+    #[arg(long, value_name = "DURATION", value_parser = duration)]
+    pub time: Option<Duration>,
+    /// Stop at this relative error, for example 0.01.
+    ///
+    /// The error is relative to the image's mean. --spp is then an upper bound. Stopping by measured errors biases the mean slightly.
+    #[arg(long, value_name = "X", value_parser = fraction)]
+    pub target_error: Option<f64>,
+    /// Error that --target-error limits: image (default) or pixel.
+    ///
+    /// image is the standard error of the image's mean; pixel is the root mean square of the
+    /// errors of pixels.
+    #[arg(long, value_name = "WHAT", requires = "target_error", value_parser = measure, hide_short_help = true)]
+    pub target: Option<Measure>,
+}
+
+/// Threads, frames, checkpoints and shards of a render.
+#[derive(Clone, Debug, ClapArgs)]
+#[command(next_help_heading = "Machines")]
+pub struct MachineArgs {
+    /// Number of threads; all CPUs by default.
+    #[arg(long, value_name = "N", value_parser = threads, hide_short_help = true)]
+    pub threads: Option<usize>,
+    /// Render a sequence: FIRST..LAST or FIRST..LAST:STEP, including LAST.
+    ///
+    /// The frame number replaces {frame} in values of -D and in file names, with as many digits as
+    /// FIRST. All frames use one seed, and the integrator that a pilot chooses for the first frame.
+    /// --resume skips frames whose files exist.
+    #[arg(long, value_name = "RANGE", hide_short_help = true)]
     pub frames: Option<Frames>,
     #[command(flatten)]
     pub keep: KeepArgs,
+}
+
+/// Live display of a render.
+#[derive(Clone, Debug, ClapArgs)]
+#[command(next_help_heading = "Live")]
+pub struct LiveArgs {
     /// Show the image while rendering in a running tev, for example localhost:14158.
-    #[arg(long, value_name = "HOST[:PORT]")]
+    #[arg(long, value_name = "HOST[:PORT]", hide_short_help = true)]
     pub tev: Option<String>,
-    /// Show the image while rendering on a page in the browser; its address is printed. The page
-    /// can pause and end the render, and remains until it is closed.
+    /// Show the image while rendering on a page in the browser.
+    ///
+    /// The command prints the address of the page. The page can pause and end the render, and
+    /// remains until it is closed.
     #[arg(long, conflicts_with_all = ["frames", "shard"])]
     pub view: bool,
 }

@@ -9,6 +9,7 @@ use std::time::Duration;
 use transport::render::{Measure, MeasureOptions};
 use transport::sum::ReproducibleSum;
 
+use crate::numbers::plain;
 pub use crate::shard::parse as shard;
 
 pub fn define(text: &str) -> Result<(String, String), String> {
@@ -61,7 +62,7 @@ pub fn exposure(text: &str) -> Result<Exposure, String> {
         "auto" => Ok(Exposure::Auto),
         text => finite(text)
             .map(Exposure::Stops)
-            .map_err(|_| "expected a number of stops, or auto".into()),
+            .map_err(|_| "expected a number of stops, such as -1.5, or auto".into()),
     }
 }
 
@@ -71,22 +72,25 @@ pub fn seed(text: &str) -> Result<u64, String> {
 }
 
 pub fn samples(text: &str) -> Result<u64, String> {
-    whole(text, ReproducibleSum::MOST).ok_or_else(|| {
-        format!(
-            "expected a whole number from 1 to {}",
-            ReproducibleSum::MOST
-        )
-    })
+    count(text, ReproducibleSum::MOST, "256 or 1e3")
 }
 
 pub fn particles(text: &str) -> Result<u64, String> {
-    let number = finite(text).ok();
-    let number =
-        number.filter(|n| n.fract() == 0.0 && (1.0..=MeasureOptions::MOST as f64).contains(n));
-    number.map(|n| n as u64).ok_or_else(|| {
-        let most = MeasureOptions::MOST;
-        format!("expected a whole number from 1 to {most}, such as 250000 or 1e7")
-    })
+    count(text, MeasureOptions::MOST, "250000 or 1e7")
+}
+
+/// Parses a whole number from 1 to `most`, which may be written like `1e7`.
+fn count(text: &str, most: u64, example: &str) -> Result<u64, String> {
+    // Only powers of ten pass through a float: other numbers keep all of their digits.
+    let rounded = || {
+        finite(text)
+            .ok()
+            .filter(|n| n.fract() == 0.0 && *n < 2f64.powi(64))
+    };
+    let number = text.parse().ok().or_else(|| rounded().map(|n| n as u64));
+    number
+        .filter(|n| (1..=most).contains(n))
+        .ok_or_else(|| format!("expected a whole number from 1 to {most}, such as {example}"))
 }
 
 pub fn block(text: &str) -> Result<usize, String> {
@@ -124,7 +128,7 @@ pub fn pixel(text: &str) -> Result<[usize; 2], String> {
         .map(|(x, y)| [x, y].map(|t| t.trim().parse().ok()));
     match numbers {
         Some([Some(x), Some(y)]) => Ok([x, y]),
-        _ => Err("expected two whole numbers, X,Y".into()),
+        _ => Err("expected two whole numbers X,Y, such as 20,30".into()),
     }
 }
 
@@ -136,12 +140,12 @@ pub fn finite(text: &str) -> Result<f64, String> {
 }
 
 pub fn not_negative(text: &str) -> Result<f64, String> {
-    let message = || "expected a number, zero or more".to_owned();
+    let message = || "expected a number of at least 0".to_owned();
     finite(text).ok().filter(|v| *v >= 0.0).ok_or_else(message)
 }
 
 pub fn positive(text: &str) -> Result<f64, String> {
-    let message = || "expected a number above zero".to_owned();
+    let message = || "expected a number above 0".to_owned();
     finite(text).ok().filter(|v| *v > 0.0).ok_or_else(message)
 }
 
@@ -158,10 +162,22 @@ pub fn direction(text: &str) -> Result<DVec3, String> {
     point(text)?.try_normalize().ok_or_else(zero)
 }
 
+/// Parses a fraction above zero.
+pub fn fraction(text: &str) -> Result<f64, String> {
+    let percentage = text.trim().strip_suffix('%').map(positive);
+    match percentage {
+        Some(Ok(percent)) => Err(format!(
+            "write it as a fraction, {}",
+            plain(percent / 100.0)
+        )),
+        _ => positive(text),
+    }
+}
+
 /// Parses hours, minutes and seconds in this order: `1h30m`, `2m`, `1.5s`. A plain number is
 /// seconds.
 pub fn duration(text: &str) -> Result<Duration, String> {
-    let message = || "expected a time above zero such as 30s, 2m or 1h30m".to_owned();
+    let message = || "expected a time above 0, such as 30s, 2m or 1h30m".to_owned();
     let (mut rest, mut seconds) = (text.trim(), 0.0);
     for (unit, length) in [('h', 3600.0), ('m', 60.0), ('s', 1.0)] {
         if let Some((number, after)) = rest.split_once(unit) {
@@ -180,7 +196,7 @@ pub fn duration(text: &str) -> Result<Duration, String> {
 
 /// Parses a number of bytes: `8G`, `512M`, `1.5GiB`, `4e9`.
 pub fn size(text: &str) -> Result<u64, String> {
-    let message = || "expected a size above zero such as 512M or 8G".to_owned();
+    let message = || "expected a size above 0, such as 512M or 8G".to_owned();
     let plain = text.trim().trim_end_matches("iB").trim_end_matches('B');
     let units = [("K", 10), ("M", 20), ("G", 30), ("T", 40)];
     let unit = units.iter().find_map(|(letter, shift)| {
@@ -198,7 +214,7 @@ pub fn size(text: &str) -> Result<u64, String> {
 
 /// Parses three lengths above zero.
 pub fn spacing(text: &str) -> Result<DVec3, String> {
-    let message = || "expected three numbers above zero".to_owned();
+    let message = || "expected three numbers above 0, such as 0.1,0.1,0.2".to_owned();
     let spacing = point(text)?;
     (spacing.min_element() > 0.0)
         .then_some(spacing)
@@ -210,7 +226,7 @@ pub fn grid(text: &str) -> Result<[usize; 3], String> {
     let numbers: Option<Vec<usize>> = text.split('x').map(|n| n.trim().parse().ok()).collect();
     let numbers = numbers.and_then(|n| n.try_into().ok());
     let numbers = numbers.filter(|n: &[usize; 3]| !n.contains(&0));
-    numbers.ok_or_else(|| "expected three whole numbers above zero, such as 64x64x32".into())
+    numbers.ok_or_else(|| "expected three whole numbers above 0, such as 64x64x32".into())
 }
 
 /// Parses a type of numbers.
@@ -253,11 +269,29 @@ mod tests {
     }
 
     #[test]
-    fn numbers_of_particles() {
+    fn numbers_of_samples_and_particles() {
         assert_eq!(particles("1e7"), Ok(10_000_000));
         assert_eq!(particles("123"), Ok(123));
-        for bad in ["0", "0.5", "-1", "1e30", "many", ""] {
+        assert_eq!(samples("1e3"), Ok(1000));
+        assert_eq!(samples("2.5e2"), Ok(250));
+        for bad in ["0", "0.5", "-1", "1e30", "1e-3", "inf", "many", ""] {
             assert!(particles(bad).is_err(), "{bad}");
+            assert!(samples(bad).is_err(), "{bad}");
+        }
+        let most = MeasureOptions::MOST;
+        assert_eq!(particles(&most.to_string()), Ok(most));
+        assert!(particles(&(most + 1).to_string()).is_err());
+    }
+
+    #[test]
+    fn percentages_become_fractions() {
+        assert_eq!(fraction("0.02"), Ok(0.02));
+        assert_eq!(
+            fraction("2%"),
+            Err("write it as a fraction, 0.02".to_owned())
+        );
+        for bad in ["0", "-1", "0%", "%", "much"] {
+            assert_eq!(fraction(bad), Err("expected a number above 0".to_owned()));
         }
     }
 

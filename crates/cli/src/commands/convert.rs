@@ -102,7 +102,7 @@ fn moved(volume: &Volume<f64>, args: &ConvertArgs) -> Result<VolumeFrame, Comman
     let steps = args.spacing.map(DMat3::from_diagonal);
     let Some(steps) = steps.or(place.map(|place| place.steps)) else {
         let message =
-            "--origin needs --spacing: the file does not say how far apart its samples are";
+            "--origin needs --spacing: the file does not state the distances between its samples";
         return Err(CommandError::Usage(message.into()));
     };
     Ok(VolumeFrame {

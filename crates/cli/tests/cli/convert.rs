@@ -28,9 +28,9 @@ fn contrasts() {
         limits: io::Limits::default(),
     };
     let read = |name: &str, options| Volume::<f64>::read(&folder.path(name), options).unwrap();
-    folder.succeed("convert in.npy same.nrrd --axes zyx");
+    folder.succeed("convert in.npy -o same.nrrd --axes zyx");
     assert_eq!(read("same.nrrd", Options::default()).into_data(), samples);
-    let said = folder.succeed("convert in.npy c.npy --axes zyx --contrast 1 --type float32");
+    let said = folder.succeed("convert in.npy -o c.npy --axes zyx --contrast 1 --type float32");
     assert!(
         said.contains("contrast  is the index less 1 (offset)"),
         "{said}"
@@ -52,9 +52,9 @@ fn there_and_back_is_exact() {
         ("vti", ""),
         ("vtk", ""),
     ] {
-        let there = format!("convert in.npy a.{format} --axes zyx --out-dataset p");
+        let there = format!("convert in.npy -o a.{format} --axes zyx --out-dataset p");
         folder.succeed(&there);
-        folder.succeed(&format!("convert a.{format} out.npy {back}"));
+        folder.succeed(&format!("convert a.{format} -o out.npy {back}"));
         assert_eq!(folder.read("in.npy"), folder.read("out.npy"), "{format}");
     }
 }
@@ -63,14 +63,14 @@ fn there_and_back_is_exact() {
 fn the_summary_says_what_is_there() {
     let folder = folder();
     let summary = folder.succeed(
-        "convert in.npy a.nrrd --axes zyx --spacing 0.1,0.2,0.5 --origin=-1,0,2 --resample 3x2x5",
+        "convert in.npy -o a.nrrd --axes zyx --spacing 0.1,0.2,0.5 --origin=-1,0,2 --resample 3x2x5",
     );
     let expected = "in.npy: 3 x 4 x 5 voxels, float32\n  values    0 to 3.6875, mean 1.8438\n  \
                     place     not given\na.nrrd: 3 x 2 x 5 voxels, float32\n  \
                     values    0.09375 to 3.5938, mean 1.8438\n  spacing   0.1 x 0.4 x 0.5\n  \
                     first     (-1, 0.1, 2); samples at centers\n";
     assert_eq!(summary, expected);
-    let summary = folder.succeed("convert a.nrrd b.npy --type float16");
+    let summary = folder.succeed("convert a.nrrd -o b.npy --type float16");
     assert!(
         summary.contains("axes      zyx (axis_order, --axes)"),
         "{summary}"
@@ -80,7 +80,7 @@ fn the_summary_says_what_is_there() {
         "{summary}"
     );
     let summary =
-        folder.succeed("convert in.npy b.npy --axes zyx --type uint8 --scale 3 --offset 0.5");
+        folder.succeed("convert in.npy -o b.npy --axes zyx --type uint8 --scale 3 --offset 0.5");
     assert!(
         summary.contains("rounding  changes values by up to 0.5"),
         "{summary}"
@@ -96,27 +96,30 @@ fn mistakes_are_named() {
         let error = folder.refuse(&format!("convert {arguments}"));
         assert!(error.contains(expected), "{arguments}: {error}");
     };
-    says("in.npy a.vol", "give the order of its axes");
-    says("in.npy a.vol --axes xxy", "'xxy' is not an order of axes");
-    says("in.npy a.gif --axes zyx", "volumes are .vol");
-    says("none.vol a.npy", "none.vol: cannot read");
+    says("in.npy -o a.vol", "give the order of its axes");
     says(
-        "in.npy a.vol --axes zyx --type int8",
+        "in.npy -o a.vol --axes xxy",
+        "'xxy' is not an order of axes",
+    );
+    says("in.npy -o a.gif --axes zyx", "volumes are .vol");
+    says("none.vol -o a.npy", "none.vol: cannot read");
+    says(
+        "in.npy -o a.vol --axes zyx --type int8",
         "a.vol: the format has no int8; float32 comes closest",
     );
     says(
-        "in.npy a.vol --axes zyx --resample 0x1x1",
-        "three whole numbers above zero",
+        "in.npy -o a.vol --axes zyx --resample 0x1x1",
+        "three whole numbers above 0",
     );
     says(
-        "in.npy a.vol --axes zyx --spacing 1,0,1",
-        "three numbers above zero",
+        "in.npy -o a.vol --axes zyx --spacing 1,0,1",
+        "three numbers above 0",
     );
     says(
-        "in.npy a.vol --axes zyx --origin 0,0,0",
+        "in.npy -o a.vol --axes zyx --origin 0,0,0",
         "--origin needs --spacing",
     );
-    let outcome = folder.run("convert in.npy a.npy --axes zyx --scale 1e9 --type float16");
+    let outcome = folder.run("convert in.npy -o a.npy --axes zyx --scale 1e9 --type float16");
     assert_eq!(outcome.status, Some(1));
     assert!(
         outcome.stderr.contains("as a number of type float16"),
@@ -156,7 +159,7 @@ fn readings_keep_their_place() {
         for format in ["npz", "h5"] {
             folder.succeed(&format!("render scene.xml --particles 64 -o a.{format}"));
             let said = folder.succeed(&format!(
-                "convert a.{format} a.vti --axes zyx --dataset {dataset}"
+                "convert a.{format} -o a.vti --axes zyx --dataset {dataset}"
             ));
             assert!(!said.contains("not given"), "{said}");
             assert_eq!(
