@@ -20,7 +20,10 @@ pub fn text(b: &EnergyBalance) -> String {
     let there = entries
         .iter()
         .filter(|(_, s)| s.mean.abs() > 1e-12 * b.emitted || s.error > 1e-12 * b.emitted);
-    let parts: Vec<String> = there.map(text).collect();
+    let mut parts: Vec<String> = there.map(text).collect();
+    if parts.is_empty() {
+        parts.push("there is no light".into());
+    }
     format!(
         "emitted {}: {}",
         numbers::plain(b.emitted),

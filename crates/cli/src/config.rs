@@ -90,7 +90,7 @@ pub fn readings(
     let files = outputs(args, scene, &[".npz"], &ArrayFormat::EXTENSIONS)?;
     if let Some((path, _)) = files.iter().find(|(_, f)| f.is_single() && meters > 1) {
         return Err(CommandError::Usage(format!(
-            "'{}' can hold one array, but the scene has {meters} meters: use .npz or .h5",
+            "'{}' can store only one array, but the scene has {meters} meters: use .npz or .h5",
             shown(path)
         )));
     }
@@ -128,7 +128,7 @@ pub fn rays(args: &TraceArgs) -> Result<(Option<PathBuf>, RayFormat), CommandErr
         Some(path) => {
             let format = by_extension(path, &RAY_FORMATS)?;
             if args.overlay.is_some() && format != RayFormat::Svg {
-                let message = "--overlay draws over a picture: write -o FILE.svg";
+                let message = "--overlay needs a figure: write -o FILE.svg";
                 return Err(CommandError::Usage(message.into()));
             }
             check_writable(path)?;
@@ -185,7 +185,7 @@ fn by_extension<F: Copy>(path: &Path, formats: &[(&str, F)]) -> Result<F, Comman
 pub fn check_writable(path: &Path) -> Result<(), CommandError> {
     let fail = |why: String| CommandError::Usage(format!("cannot write '{}': {why}", shown(path)));
     if fs::metadata(path).is_ok_and(|m| !m.is_file()) {
-        return Err(fail("it exists and is not a regular file".into()));
+        return Err(fail("it exists, but is not a regular file".into()));
     }
     let folder = match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,

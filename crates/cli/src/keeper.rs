@@ -44,9 +44,9 @@ pub fn path(
             &format!(".{index}-of-{count}.part"),
         ))),
         [path] if path.extension().is_some_and(|e| e == "part") => Ok(Some(path.clone())),
-        _ => {
-            usage("a shard writes one file, -o NAME.part: morgana merge makes images of all shards")
-        }
+        _ => usage(
+            "a shard writes one file: give one -o NAME.part, and make images by morgana merge",
+        ),
     }
 }
 
@@ -70,7 +70,7 @@ impl Kept {
         if exists && !args.resume {
             let path = shown(&path);
             let message = format!(
-                "'{path}' exists already: continue it with --resume, or remove it to start anew"
+                "'{path}' exists already: continue it by --resume, or remove it to start again"
             );
             return Err(CommandError::Usage(message));
         }
@@ -109,12 +109,12 @@ impl Kept {
             let (done, wanted) = (kept.body.done().count(), header.total.unwrap_or(u64::MAX));
             if done > wanted {
                 return Err(refuse(format!(
-                    "it has {done} samples already, more than {wanted}"
+                    "it already has {done} samples, more than {wanted}: raise --spp"
                 )));
             }
             // The header agrees, but the contents do not: this occurs only in a forged file.
             if !run.fits(&kept.body) {
-                return Err(refuse("its contents are not those of this scene".into()));
+                return Err(refuse("its contents do not fit this scene".into()));
             }
         }
         let now = Instant::now();
@@ -148,7 +148,7 @@ impl Keeper {
             Ok(()) => self.complained = false,
             Err(error) if !self.complained => {
                 self.complained = true;
-                warn(&format!("{error}; going on without"));
+                warn(&format!("{error}; the render continues without this file"));
             }
             Err(_) => {}
         }
@@ -168,7 +168,7 @@ fn lock(path: &Path) -> Result<Option<Lock>, CommandError> {
     match Lock::take(path) {
         Ok(lock) => Ok(Some(lock)),
         Err(LockError::Held(holder)) => Err(CommandError::Usage(format!(
-            "'{name}' is in use: {holder} works on it; wait for it to end, or keep this render in another file"
+            "'{name}' is in use by {holder}: wait until it ends, or use another file"
         ))),
         Err(LockError::Unknown(why)) => {
             warn(&format!(

@@ -67,7 +67,7 @@ impl Report<'_, Measurement> {
         if table.particles == self.result.particles {
             return format!("{count} records");
         }
-        format!("{count} records, those of {particles} particles: raise max_records for more")
+        format!("{count} records, from {particles} of the particles: raise max_records for more")
     }
 
     /// Returns the lines at the end of a measurement: the work, each meter's readings, and the

@@ -6,7 +6,7 @@ use std::time::Duration;
 pub fn with_error(value: f64, error: f64) -> String {
     if !error.is_finite() {
         return format!(
-            "{} (no error estimate from so few samples per pixel)",
+            "{} (unknown error: too few samples per pixel)",
             plain(value)
         );
     }

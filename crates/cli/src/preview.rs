@@ -76,7 +76,9 @@ impl Preview {
                     ErrorKind::WouldBlock | ErrorKind::TimedOut => "it does not answer".into(),
                     _ => error.to_string(),
                 };
-                let message = format!("--tev: the viewer is gone ({why}); the render continues");
+                let message = format!(
+                    "--tev: the viewer does not answer any more ({why}); the render continues"
+                );
                 let mut diagnostics = Diagnostics::new();
                 diagnostics.push(Diagnostic::warning(message));
                 show(&diagnostics);

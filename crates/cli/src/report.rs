@@ -125,7 +125,7 @@ impl Report<'_, Rendering> {
     /// Summarises the image.
     fn outcome(&self) -> String {
         if self.result.samples == 0 {
-            return "no sample of the whole image was completed: the image is empty".into();
+            return "the image is empty: no sample of the whole image was completed; allow more time".into();
         }
         if !self.run.renderer.is_light() {
             let stats = &self.result.stats;
@@ -145,8 +145,8 @@ impl Report<'_, Rendering> {
     fn doubt(&self) -> Option<String> {
         let film = &self.result.film;
         if self.run.renderer.is_light() && self.result.samples > 0 && film.summary().0 == 0.0 {
-            let advice = "does light get to the sensor? morgana check says what may be in the way";
-            return Some(format!("no sample found any light: {advice}"));
+            let advice = "morgana check lists what may keep light from the sensor";
+            return Some(format!("the picture is black: {advice}"));
         }
         // An unknown error is reported as unknown elsewhere.
         let is_known = film.summary().1.is_finite();
@@ -165,13 +165,13 @@ impl Report<'_, Rendering> {
             let tail = film.tail(None);
             let reason = if tail.is_heavy() {
                 format!(
-                    "one sample makes up {} of its square",
+                    "a single sample contributes {} of it",
                     numbers::percent(tail.share())
                 )
             } else {
-                "it rests on too few samples".into()
+                "too few samples contribute to it".into()
             };
-            format!("the error cannot be trusted: {reason}; {advice}")
+            format!("the error is unreliable: {reason}; {advice}")
         })
     }
 
@@ -235,7 +235,7 @@ impl Report<'_, Rendering> {
         let measure = self.job.target.unwrap_or_default();
         let error = self.result.error(measure);
         let outcome = if self.result.reached {
-            "reached: slight bias by stopping".into()
+            "reached (stopping adds a slight bias)".into()
         } else if error <= wanted {
             // The error is small enough, but this may be a random fluctuation.
             format!(
@@ -258,7 +258,7 @@ impl Report<'_, Rendering> {
         let effect = accuracy.effect_beside_noise(self.result.samples);
         (effect > EFFECT).then(|| {
             format!(
-                "tolerance {:e}: bias up to {} of the noise of pixels; name a smaller one in the scene",
+                "tolerance {:e}: bias up to {} of the noise of pixels; set a smaller 'tolerance' in the scene",
                 accuracy.tolerance,
                 numbers::percent(effect)
             )
@@ -274,10 +274,12 @@ impl Report<'_, Rendering> {
         }
         if photons.in_media + photons.on_surfaces == 0 {
             let only = match self.run.renderer.integrator() {
-                Some(Integrator::Vcm(_)) => "light that connections find is seen",
+                Some(Integrator::Vcm(_)) => "light that connections find is visible",
                 _ => "emitters are seen",
             };
-            return Some(format!("no photon fell on anything: only {only}"));
+            return Some(format!(
+                "no photon reached a surface or medium: only {only}"
+            ));
         }
         let film = &self.result.film;
         Some(about_bias(debiased.bias(film), film.summary().0))

@@ -5,6 +5,7 @@ use crate::command_error::{CommandError, show};
 use crate::config::{self, ImageFormat};
 use crate::report::Report;
 use io::arrays::{ArrayFormat, Context, arrays};
+use io::diagnostic::shown;
 use io::image::exposure::Exposure;
 use io::image::exr;
 use io::rendered::{self, Picture};
@@ -45,6 +46,15 @@ impl Files {
             Files::Readings(arrays) => arrays.iter().map(|(path, _)| path.clone()).collect(),
             Files::Shard => Vec::new(),
         }
+    }
+
+    /// Returns the line that names all files of a run, with its checkpoint or the part of its shard.
+    pub fn wrote(&self, args: &OutputArgs, part: Option<&Path>) -> String {
+        let results = self.paths();
+        let others = args.strategies.iter().chain(&args.stats);
+        let paths = results.iter().chain(others).map(PathBuf::as_path);
+        let names: Vec<_> = paths.chain(part).map(shown).collect();
+        format!("wrote {}", names.join(", "))
     }
 
     /// Writes every file that can be written, and then reports those that cannot. Returns the text
@@ -90,7 +100,7 @@ fn check_colours(
         return Ok(());
     }
     if !asked.is_empty() && images.iter().any(is_png) {
-        let message = "the integrator aov has no colours to show in a PNG: write .exr or .npy";
+        let message = "the integrator aov has no colours for a PNG file: write .exr or .npy";
         return Err(CommandError::Usage(message.into()));
     }
     images.retain(|image| !is_png(image));
@@ -148,7 +158,7 @@ fn warn_of_dark(report: &Report<Measurement>) {
     let mut warnings = Diagnostics::new();
     for name in report.dark() {
         let message = format!("the meter '{name}' received no light");
-        let help = "check where it is, and whether light can get there".to_owned();
+        let help = "check its position, and that light can reach it".to_owned();
         warnings.push(Diagnostic::warning(message).help(help));
     }
     show(&warnings);

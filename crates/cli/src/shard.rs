@@ -60,7 +60,7 @@ impl Shard {
         let (index, size, more) = array.ok_or_else(|| {
             let names: Vec<&str> = ARRAYS.iter().map(|(index, ..)| *index).collect();
             format!(
-                "--shard auto is for tasks of job arrays, but neither {} is set",
+                "--shard auto needs a job array, but neither {} is set: give I/N",
                 names.join(" nor ")
             )
         })?;
@@ -96,7 +96,7 @@ fn whole_array(
         Ok(count)
     } else {
         Err(format!(
-            "--shard auto needs an array of all parts, --array=0-{}: to run some of them, give their number: --shard auto/N (task {task})",
+            "--shard auto needs a job array of all parts, --array=0-{}; for some of the parts give their number N: --shard auto/N (task {task})",
             count - 1
         ))
     }

@@ -29,8 +29,7 @@ pub fn compare(args: &CompareArgs) -> Result<ExitCode, CommandError> {
     let numbers = differences(&image, &reference, args.block).map_err(at)?;
     let flip = flip(&exposed(&image, args), &exposed(&reference, args)).map_err(at)?;
     if numbers.z.is_none() && (args.zmap.is_some() || args.limits.max_z.is_some()) {
-        let message = "standard errors are not known: --zmap and --max-z need .exr files of renders, which have \
-                       variances";
+        let message = "--zmap and --max-z need standard errors: give two .exr files of renders, which have variances";
         return Err(CommandError::Usage(message.into()));
     }
     let difference = Difference {

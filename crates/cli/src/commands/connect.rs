@@ -8,7 +8,7 @@ use std::io::Write;
 use std::process::ExitCode;
 use transport::trace::{Branch, branches};
 
-/// Finds the ray between two points, or all rays, and prints them.
+/// Finds the ray between two points, or all rays, and prints them. Fails if there is none.
 pub fn connect(args: &ConnectArgs) -> Result<ExitCode, CommandError> {
     let loaded = load_with_warnings(&args.scene)?;
     let all = args.all.then_some(args.reflections);
@@ -20,6 +20,12 @@ pub fn connect(args: &ConnectArgs) -> Result<ExitCode, CommandError> {
         "occluded": found.is_occluded,
     });
     writeln!(std::io::stdout(), "{answer:#}")?;
+    if found.list.is_empty() {
+        let why = found.failure.map_or(String::new(), |f| format!(": {f}"));
+        return Err(CommandError::Runtime(format!(
+            "found no ray between the two points{why}"
+        )));
+    }
     Ok(ExitCode::SUCCESS)
 }
 

@@ -54,8 +54,7 @@ pub fn denoise(args: &DenoiseArgs) -> Result<ExitCode, CommandError> {
         say(&parts.join(" · "))?;
         if found.moved.is_none() {
             warn(&format!(
-                "'{}' has no variances: how far values were moved cannot be told in standard errors; the .exr files of \
-                 renders have them",
+                "'{}' has no variances, so the change has no standard errors: use the .exr file of a render",
                 file_name(&args.image)
             ));
         }

@@ -20,7 +20,7 @@ pub fn export(args: &ExportArgs) -> Result<ExitCode, CommandError> {
     let own = Features::of(&scene).own;
     if !own.is_empty() {
         let message = format!("Mitsuba 3 does not have: {}", own.join(", "));
-        let help = "morgana reads the file as it is; Mitsuba refuses it until these are gone";
+        let help = "morgana reads this file; for Mitsuba, remove these features";
         diagnostics.push(Diagnostic::note(message).help(help.to_owned()));
     }
     show(&diagnostics);

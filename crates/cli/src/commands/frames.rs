@@ -11,7 +11,7 @@ use std::process::ExitCode;
 /// Renders a scene, or measures; for a sequence, every frame.
 pub fn render(args: &RenderArgs) -> Result<ExitCode, CommandError> {
     let interrupt = Interrupt::watch()?;
-    match args.frames {
+    match args.machines.frames {
         None => render_once(args, &mut None, &interrupt),
         Some(frames) => sequence(args, frames, &interrupt),
     }
@@ -29,7 +29,7 @@ fn sequence(
     for number in frames.numbers() {
         let frame = of_frame(args, &number);
         let done = |path: &PathBuf| path.is_file();
-        if args.keep.resume && frame.outputs.output.iter().all(done) {
+        if args.machines.keep.resume && frame.outputs.output.iter().all(done) {
             continue;
         }
         if !args.outputs.quiet {
@@ -46,9 +46,10 @@ fn sequence(
 /// Refuses sequences whose frames would overwrite each other's files or be equal.
 fn check(args: &RenderArgs) -> Result<(), CommandError> {
     let usage = |message: String| Err(CommandError::Usage(message));
-    if args.keep.checkpoint.is_some() || args.keep.shard.is_some() {
+    if args.machines.keep.checkpoint.is_some() || args.machines.keep.shard.is_some() {
         return usage(
-            "--frames resumes at files that are missing: leave --checkpoint and --shard out".into(),
+            "--frames continues at the first missing file: leave out --checkpoint and --shard"
+                .into(),
         );
     }
     let outputs = &args.outputs;
@@ -59,7 +60,7 @@ fn check(args: &RenderArgs) -> Result<(), CommandError> {
         .chain(&outputs.strategies);
     if outputs.output.is_empty() || files.into_iter().any(|path| !holds(path)) {
         return usage(format!(
-            "each frame has files of its own: put {PLACEHOLDER} into their names, such as -o picture_{PLACEHOLDER}.exr"
+            "each frame needs its own files: put {PLACEHOLDER} into their names, such as -o picture_{PLACEHOLDER}.exr"
         ));
     }
     if !args
@@ -69,7 +70,7 @@ fn check(args: &RenderArgs) -> Result<(), CommandError> {
         .any(|(_, value)| value.contains(PLACEHOLDER))
     {
         return usage(format!(
-            "all frames would be the same: put {PLACEHOLDER} into the value of a parameter, such as -D file=flow_{PLACEHOLDER}.vti"
+            "all frames would be equal: put {PLACEHOLDER} into the value of a parameter, such as -D file=flow_{PLACEHOLDER}.vti"
         ));
     }
     Ok(())
@@ -87,9 +88,9 @@ fn of_frame(args: &RenderArgs, number: &str) -> RenderArgs {
         None => path.clone(),
     };
     let mut frame = args.clone();
-    frame.frames = None;
+    frame.machines.frames = None;
     // `--resume` concerns the frames here, not a checkpoint.
-    frame.keep.resume = false;
+    frame.machines.keep.resume = false;
     for (_, value) in &mut frame.scene.defines {
         *value = value.replace(PLACEHOLDER, number);
     }

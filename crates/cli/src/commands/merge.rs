@@ -23,7 +23,7 @@ pub fn merge(args: &MergeArgs) -> Result<ExitCode, CommandError> {
         return remain_a_part(args, path);
     }
     if outputs.iter().any(is_part) {
-        let message = "write a .part file alone: make images from it later";
+        let message = "write only the .part file: make images from it later by morgana merge";
         return Err(CommandError::Usage(message.into()));
     }
     let Part { header, body } = read(&args.parts)?;
@@ -44,7 +44,8 @@ pub fn merge(args: &MergeArgs) -> Result<ExitCode, CommandError> {
     })?;
     run.check(args.memory.limits())?;
     if run.has_meters() && args.outputs.strategies.is_some() {
-        let message = "--strategies is for pictures, but the parts are of meters";
+        let message =
+            "--strategies is for pictures, but the parts have readings of meters: leave it out";
         return Err(CommandError::Usage(message.into()));
     }
     let files = Files::of(&args.outputs, &job.scene, &loaded)?;
@@ -55,7 +56,7 @@ pub fn merge(args: &MergeArgs) -> Result<ExitCode, CommandError> {
     }
     if !run.fits(&body) {
         // The header agrees, but the contents do not: this occurs only in a forged file.
-        let message = "the contents of the parts are not those of their scene";
+        let message = "the parts do not fit their scene: they are damaged; render them again";
         return Err(CommandError::Usage(message.into()));
     }
     let outcome = run.finish(body)?;
@@ -70,7 +71,8 @@ pub fn merge(args: &MergeArgs) -> Result<ExitCode, CommandError> {
     };
     let text = files.write(&args.outputs, &report)?;
     if !args.outputs.quiet {
-        say(&text)?;
+        let wrote = files.wrote(&args.outputs, None);
+        say(&format!("{text}\n{wrote}"))?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -79,6 +81,9 @@ pub fn merge(args: &MergeArgs) -> Result<ExitCode, CommandError> {
 fn remain_a_part(args: &MergeArgs, path: &Path) -> Result<ExitCode, CommandError> {
     config::check_writable(path)?;
     read(&args.parts)?.write(path)?;
+    if !args.outputs.quiet {
+        say(&format!("wrote {}", shown(path)))?;
+    }
     Ok(ExitCode::SUCCESS)
 }
 
@@ -112,10 +117,12 @@ fn check_complete(args: &MergeArgs, header: &Header, body: &Body) -> Result<(), 
     let done = body.done().count();
     match header.total {
         Some(total) if done < total && !args.partial => Err(CommandError::Usage(format!(
-            "{} of {total} samples are missing: see morgana status, or write what there is with --partial",
+            "{} of {total} samples are missing: morgana status lists them; --partial writes the result without them",
             total - done
         ))),
-        _ if done == 0 => Err(CommandError::Usage("the parts have no samples yet".into())),
+        _ if done == 0 => Err(CommandError::Usage(
+            "the parts have no samples yet: let their renders run longer".into(),
+        )),
         _ => Ok(()),
     }
 }
@@ -125,7 +132,7 @@ fn check_scene(job: &Job, args: &MergeArgs) -> Result<(), CommandError> {
         return Ok(());
     }
     Err(CommandError::Usage(format!(
-        "the scene is no longer at '{}': give its place with --scene",
+        "the scene is no longer at '{}': give its new path by --scene",
         shown(&job.scene)
     )))
 }

@@ -79,7 +79,7 @@ fn format(path: &Path) -> Result<Format, CommandError> {
         Some("svg") => Ok(Format::Svg),
         Some("png") => Ok(Format::Png),
         _ => Err(CommandError::Usage(format!(
-            "cannot tell the format of '{}': figures are .svg or .png",
+            "'{}': unknown format; write a figure to .svg or .png",
             shown(path)
         ))),
     }

@@ -31,8 +31,8 @@ pub fn render_once(
     chosen: &mut Option<Header>,
     interrupt: &Interrupt,
 ) -> Result<ExitCode, CommandError> {
-    let time = TimeLimit::start(args.time);
-    let pool = pool(args.threads)?;
+    let time = TimeLimit::start(args.stopping.time);
+    let pool = pool(args.machines.threads)?;
     let job = Job::of(args);
     let limits = args.scene.memory.limits();
     let loaded = job.load_in_time(limits, &time, interrupt)?;
@@ -53,9 +53,13 @@ pub fn render_once(
     }
     // A time or a target error replaces the scene's number of samples, but not the number on the
     // command line.
-    let requested = match (args.time, args.target_error, shard) {
+    let requested = match (args.stopping.time, args.stopping.target_error, shard) {
         (None, None, _) | (.., Some(_)) => Some(loaded.samples),
-        _ => args.spp.or(args.particles).map(|_| loaded.samples),
+        _ => args
+            .sampling
+            .spp
+            .or(args.sampling.particles)
+            .map(|_| loaded.samples),
     };
     let mut run = Run {
         total: requested,
@@ -65,12 +69,20 @@ pub fn render_once(
     };
     let started = Instant::now();
     run.check(limits)?;
-    let path = keeper::path(&args.keep, &args.outputs.output, &args.scene.path, shard)?;
-    let kept = path.map(|path| Kept::open(path, &args.keep)).transpose()?;
+    let path = keeper::path(
+        &args.machines.keep,
+        &args.outputs.output,
+        &args.scene.path,
+        shard,
+    )?;
+    let kept = path
+        .clone()
+        .map(|path| Kept::open(path, &args.machines.keep))
+        .transpose()?;
     match kept.as_ref().and_then(Kept::header).or(chosen.as_ref()) {
         Some(header) => run.choose_as(header),
         None if driver.choose(&mut run).is_break() => {
-            warn("interrupted before the first sample: nothing is written");
+            warn("interrupted before the first sample: no file was written");
             return Ok(interrupt.status());
         }
         None => {}
@@ -121,7 +133,8 @@ pub fn render_once(
     let text = written?;
     saved?;
     if !args.outputs.quiet {
-        say(&format!("{}{text}", name(shard)))?;
+        let wrote = files.wrote(&args.outputs, path.as_deref());
+        say(&format!("{}{text}\n{wrote}", name(shard)))?;
     }
     if let (Some(watched), Outcome::Picture(rendering)) = (watched, &outcome) {
         watched.finish(&rendering.film);
@@ -134,15 +147,15 @@ pub fn render_once(
 
 /// Returns the index of the requested part of the samples and the number of parts, if any.
 fn shard(args: &RenderArgs, loaded: &Loaded) -> Result<Option<[u64; 2]>, CommandError> {
-    let keep = &args.keep;
+    let keep = &args.machines.keep;
     if keep.resume && keep.checkpoint.is_none() && keep.shard.is_none() {
-        let message = "--resume continues a --checkpoint or a --shard: give one of them";
+        let message = "--resume needs --checkpoint or --shard: give one of them";
         return Err(CommandError::Usage(message.into()));
     }
     let shard = keep.shard.map(Shard::resolve).transpose();
     match shard.map_err(CommandError::Usage)? {
         Some([_, count]) if count > loaded.samples => Err(CommandError::Usage(format!(
-            "there are more shards, {count}, than samples, {}",
+            "{count} shards are more than the {} samples: use fewer shards",
             loaded.samples
         ))),
         shard => Ok(shard),
@@ -167,7 +180,7 @@ fn preview(args: &RenderArgs, loaded: &Loaded) -> Result<Option<Preview>, Comman
         };
         Preview::open(address, canvas)
     };
-    args.tev.as_ref().map(open).transpose()
+    args.live.tev.as_ref().map(open).transpose()
 }
 
 /// Opens the page that shows the render, if requested.
@@ -178,7 +191,7 @@ fn watched(
 ) -> Result<Option<Watched>, CommandError> {
     let name = load::file_name(&args.scene.path);
     let open = || Watched::open(name, loaded.channel_names.clone(), interrupt);
-    args.view.then(open).transpose()
+    args.live.view.then(open).transpose()
 }
 
 /// Returns the progress of a render, for display on the page.
@@ -219,38 +232,35 @@ fn progress_goal(run: &Run, body: &Body, time: Option<Duration>) -> ProgressGoal
 /// Refuses options for pictures if the scene has meters, and options for meters if it has a camera.
 fn check_kind(args: &RenderArgs, loaded: &Loaded) -> Result<(), CommandError> {
     if loaded.instruments.is_empty() {
-        if args.particles.is_some() {
-            let message = "--particles is for scenes with meters; for a camera it is --spp";
+        if args.sampling.particles.is_some() {
+            let message =
+                "--particles is for scenes with meters, but the scene has a camera: use --spp";
             return Err(CommandError::Usage(message.into()));
         }
         return Ok(());
     }
     let wrong = [
+        (args.sampling.spp.is_some(), "--spp", ": use --particles"),
         (
-            args.spp.is_some(),
-            "--spp",
-            ": the number of particles is --particles",
-        ),
-        (
-            args.integrator.is_some(),
+            args.sampling.integrator.is_some(),
             "--integrator",
-            ": meters follow particles",
+            ": leave it out, because meters always use particles",
         ),
-        (args.sampler.is_some(), "--sampler", ""),
-        (args.adaptive, "--adaptive", ""),
+        (args.sampling.sampler.is_some(), "--sampler", ""),
+        (args.sampling.adaptive, "--adaptive", ""),
         (args.outputs.strategies.is_some(), "--strategies", ""),
-        (args.target_error.is_some(), "--target-error", ""),
+        (args.stopping.target_error.is_some(), "--target-error", ""),
         (
             args.outputs.tone.exposure != Exposure::Auto,
             "--exposure",
             "",
         ),
-        (args.tev.is_some(), "--tev", ""),
-        (args.view, "--view", ""),
+        (args.live.tev.is_some(), "--tev", ""),
+        (args.live.view, "--view", ""),
     ];
     match wrong.iter().find(|(given, ..)| *given) {
         Some((_, option, why)) => Err(CommandError::Usage(format!(
-            "{option} is for pictures, but the scene has meters in place of a camera{why}"
+            "{option} is for pictures, but the scene has meters instead of a camera{why}"
         ))),
         None => Ok(()),
     }

@@ -155,7 +155,7 @@ impl Overview {
         )];
         if let Some(range) = &self.twice {
             lines.push(format!(
-                "samples {} are in two parts: leave one of them out",
+                "two parts have the samples {}: leave out one of them",
                 list([range.clone()])
             ));
         }
@@ -163,7 +163,7 @@ impl Overview {
             lines.push(format!("missing: samples {}", list(self.missing.clone())));
         } else if !self.shards.is_empty() {
             lines.push(format!(
-                "missing or incomplete: shards {} (sbatch --array={0})",
+                "missing or incomplete shards: {} (sbatch --array={0})",
                 self.array()
             ));
         }

@@ -25,7 +25,7 @@ pub fn trace(args: &TraceArgs) -> Result<ExitCode, CommandError> {
     let tracer = Tracer::new(scene, args.max_length).with_reference(reference);
     let paths: Vec<Path> = starts.iter().map(|(x, d)| tracer.follow(*x, *d)).collect();
     let text = match format {
-        RayFormat::Csv => csv(scene, &paths, args.wavelength),
+        RayFormat::Csv => csv(scene, &paths, args.wavelength, file.is_some()),
         RayFormat::Json => format!("{:#}\n", json(scene, &paths, args.wavelength)),
         RayFormat::Svg => match &args.overlay {
             Some(picture) => svg::overlay(scene, &paths, picture)?,
@@ -46,8 +46,7 @@ pub fn trace(args: &TraceArgs) -> Result<ExitCode, CommandError> {
     {
         0 => Ok(ExitCode::SUCCESS),
         n => Err(CommandError::Runtime(format!(
-            "{n} of {} rays left the field of their medium or took too many steps; what was \
-             followed of them is in the output",
+            "{n} of {} rays left the field of their medium or took too many steps: the output has these rays up to that point",
             paths.len()
         ))),
     }

@@ -40,7 +40,7 @@ pub fn view(args: &ViewArgs) -> Result<ExitCode, CommandError> {
         ))
     })?;
     if !args.listen.is_loopback() {
-        warn("others who reach this machine and know the address below can see the files");
+        warn("anyone who can reach this machine and knows the address below can see the files");
     }
     say(&format!("{} (Ctrl-C ends)", server.address()))?;
     while !interrupt.asked() {

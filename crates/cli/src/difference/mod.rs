@@ -89,7 +89,7 @@ impl Difference<'_> {
                 line("|z| > 3", percent(z.beyond_three));
                 line("largest |z|", worst(z));
             }
-            None => line("z", "not known: not both images have variances".into()),
+            None => line("z", "unknown: both images need variances".into()),
         }
         for note in self.notes() {
             line("note", note);
@@ -115,7 +115,7 @@ impl Difference<'_> {
         {
             if image.attribute(DENOISED).is_some() {
                 notes.push(format!(
-                    "{} is denoised: it is no estimate, and its error is not known",
+                    "{} is denoised, which adds an unknown bias: compare the image from before denoising",
                     file_name(path)
                 ));
             }
@@ -127,14 +127,14 @@ impl Difference<'_> {
             && (a, i) == (b, j)
         {
             notes.push(format!(
-                "both have the seed {a}: if their random numbers agree, z are too small"
+                "both images have the seed {a}: if they share random numbers, z is too small; render one with another --seed"
             ));
         }
         let shared = |i: &&str| !["path", "aov"].contains(i);
         let shared = known("integrator").into_iter().flatten().find(shared);
         if let Some(integrator) = shared.filter(|_| self.args.block > 1) {
             notes.push(format!(
-                "pixels by {integrator} share paths: z of blocks may be too large"
+                "pixels by {integrator} share paths: z of blocks may be too large; use --block 1"
             ));
         }
         notes

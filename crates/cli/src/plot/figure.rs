@@ -61,7 +61,7 @@ pub fn failed(error: impl Display) -> CommandError {
 pub fn write(path: &Path, format: Format, figure: &Figure) -> Result<(), CommandError> {
     let font = epaint_default_fonts::UBUNTU_LIGHT;
     register_font("sans-serif", FontStyle::Normal, font)
-        .map_err(|_| failed("the font is broken"))?;
+        .map_err(|_| failed("the font cannot be read"))?;
     let bytes = match format {
         Format::Svg => {
             let mut text = String::new();

@@ -48,10 +48,11 @@ fn array<'a>(arrays: &'a Arrays, name: Option<&str>) -> Result<&'a Array, String
     };
     found.ok_or_else(|| {
         let names: Vec<&str> = over_space().map(|a| a.name.as_str()).collect();
-        format!(
-            "no such array over x, y, z; there are: {}",
-            names.join(", ")
-        )
+        if names.is_empty() {
+            return "no array over x, y and z: give readings of a fluencemeter with cartesian cells".into();
+        }
+        let name = name.unwrap_or_default();
+        format!("no array '{name}' over x, y and z: the file has {}", names.join(", "))
     })
 }
 
@@ -83,7 +84,7 @@ fn check_bins(array: &Array, bins: &[(String, usize)]) -> Result<(), String> {
     match others().find(|(axis, n)| **n > 1 && APART.contains(&axis.as_str()) && !is_said(axis)) {
         None => Ok(()),
         Some((axis, count)) => Err(format!(
-            "'{}' has values for each {axis}, which do not add up: say which with --bin {axis}=N, N from 0 to {}",
+            "'{}' has a value for each {axis}, which must not be summed: choose one by --bin {axis}=N, with N from 0 to {}",
             array.name,
             count - 1
         )),

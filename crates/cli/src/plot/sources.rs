@@ -36,7 +36,7 @@ fn values(layer: &Layer, channel: Option<&str>) -> Result<Vec<f64>, String> {
         Some(name) => {
             let found = layer.channel(name);
             let found =
-                found.ok_or_else(|| format!("no channel '{name}'; there are {}", known()))?;
+                found.ok_or_else(|| format!("no channel '{name}': the image has {}", known()))?;
             Ok(found.iter().map(|v| f64::from(*v)).collect())
         }
         None => {
@@ -82,7 +82,7 @@ fn layer_of<'a>(
             .collect();
         wrong(
             path,
-            format!("no layer '{name}'; there are {}", known.join(", ")),
+            format!("no layer '{name}': the image has {}", known.join(", ")),
         )
     })
 }
@@ -106,7 +106,7 @@ pub fn profile(
         if number >= limit {
             return Err(wrong(
                 path,
-                format!("the image has lines 0 to {} only", limit - 1),
+                format!("the image has only lines 0 to {}", limit - 1),
             ));
         }
         let values = values(layer_of(path, &image, layer)?, channel).map_err(|e| wrong(path, e))?;
@@ -186,7 +186,8 @@ pub fn histogram(
     for path in paths {
         let image = exr::read_within(path, limits)?;
         let axis = bins(&image).ok_or_else(|| {
-            let need = "no bins of length or time: render to .exr with the film's decomposition";
+            let need =
+                "no bins of length or time: give the film a 'decomposition', and render to .exr";
             wrong(path, need)
         })?;
         axis_name = axis.name.clone();
@@ -278,7 +279,12 @@ pub fn convergence(paths: &[PathBuf]) -> Result<Curves, CommandError> {
         let stats: Value = serde_json::from_slice(&text).map_err(|e| wrong(path, e))?;
         let number = |key: &str| {
             let value = stats[key].as_f64();
-            value.ok_or_else(|| wrong(path, format!("no number '{key}': is this a --stats file?")))
+            value.ok_or_else(|| {
+                wrong(
+                    path,
+                    format!("no number '{key}': give a file that morgana render --stats wrote"),
+                )
+            })
         };
         let point = [
             number("spp")?,

@@ -74,7 +74,7 @@ fn size(scene: &Scene, picture: &std::path::Path) -> Result<[f64; 2], CommandErr
     let expected = width * film.height as f64 / film.width as f64;
     if (height - expected).abs() > 1.0 {
         return Err(CommandError::Usage(format!(
-            "{}: the picture has {width} x {height} pixels, other proportions than the film's {} x {}",
+            "{}: the picture has {width} x {height} pixels, but the proportions of the film are {} x {}",
             shown(picture),
             film.width,
             film.height

@@ -68,10 +68,17 @@ fn obstacles_are_reported() {
 }
 
 #[test]
-fn no_ray_is_an_answer() {
-    let answer = connect(&Folder::with_fog(), "--from 1,1,1 --to 1,1,1");
-    assert_eq!(answer["branches"].as_array().unwrap().len(), 0);
-    assert_eq!(answer["failure"], "the two points coincide");
+fn a_search_without_a_result_fails() {
+    for all in ["", " --all"] {
+        let command = format!("connect scene.xml --from 1,1,1 --to 1,1,1{all}");
+        let outcome = Folder::with_fog().run(&command);
+        assert_eq!(outcome.status, Some(1));
+        let answer: Value = serde_json::from_str(&outcome.stdout).unwrap();
+        assert_eq!(branches(&answer).len(), 0);
+        assert_eq!(answer["failure"], "the two points coincide");
+        let error = "error: found no ray between the two points: the two points coincide";
+        assert_eq!(outcome.stderr.trim(), error);
+    }
 }
 
 /// A unit ball of glass around the origin.
@@ -168,13 +175,6 @@ fn pairs_within_a_ball_are_certified_but_for_reflections() {
     let reflected = connect(&folder, &format!("{ends} --reflections 1"));
     assert_eq!(reflected["certified_unique"], false);
     assert!(branches(&reflected).len() > 1);
-}
-
-#[test]
-fn no_branch_at_all_is_an_answer() {
-    let answer = connect(&Folder::with_fog(), "--from 1,1,1 --to 1,1,1 --all");
-    assert_eq!(branches(&answer).len(), 0);
-    assert_eq!(answer["failure"], "the two points coincide");
 }
 
 #[test]

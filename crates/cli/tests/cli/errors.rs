@@ -74,6 +74,11 @@ fn options_are_checked() {
     refused(&folder, "render scene.xml --spp 0", &["--spp", "from 1 to"]);
     refused(
         &folder,
+        "render scene.xml --target-error 2%",
+        &["--target-error", "write it as a fraction, 0.02"],
+    );
+    refused(
+        &folder,
         "render scene.xml --threads 0",
         &["--threads", "from 1 to"],
     );

@@ -118,7 +118,7 @@ fn nothing_is_overwritten_that_is_read_or_written_by_the_same_command() {
         ("compare a.exr a.exr --image a.exr", "a.exr' is read here"),
         ("tonemap a.exr -o a.exr", "a.exr' is read here"),
         ("export scene.xml -o scene.xml", "scene.xml' is read here"),
-        ("convert v.npy v.npy", "v.npy' is read here"),
+        ("convert v.npy -o v.npy", "v.npy' is read here"),
     ] {
         let error = folder.refuse(arguments);
         assert!(error.contains(told), "{arguments}: {error}");
@@ -214,17 +214,17 @@ fn files_take_as_much_memory_as_the_user_says() {
     let mut file = header.as_bytes().to_vec();
     file.resize(32 << 20, 0);
     std::fs::write(folder.path("a.nrrd"), &file).unwrap();
-    let error = folder.refuse("convert a.nrrd b.npy --axes zyx");
+    let error = folder.refuse("convert a.nrrd -o b.npy --axes zyx");
     assert!(
         error.contains(
-            "it takes 89.4 GiB of memory once it is read, more than the limit of 2.0 GiB (--memory)"
+            "it needs 89.4 GiB of memory, more than the limit of 2.0 GiB: raise --memory"
         ),
         "{error}"
     );
     // The user's limit may exceed the available memory.
-    let error = folder.refuse("convert a.nrrd b.npy --axes zyx --memory 100T");
+    let error = folder.refuse("convert a.nrrd -o b.npy --axes zyx --memory 100T");
     assert!(
-        error.contains("damaged") || error.contains("which this system does not have"),
+        error.contains("damaged") || error.contains("more than this system has"),
         "{error}"
     );
 }

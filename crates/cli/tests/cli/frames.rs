@@ -57,15 +57,15 @@ fn sequences_that_would_be_lost_are_refused() {
     for (arguments, message) in [
         (
             "--frames 1..3 -D shift=0.{frame} -o out.npy",
-            "each frame has files of its own: put {frame} into their names",
+            "each frame needs its own files: put {frame} into their names",
         ),
         (
             "--frames 1..3 -D shift=0.{frame}",
-            "each frame has files of its own",
+            "each frame needs its own files",
         ),
         (
             "--frames 1..3 -o {frame}.npy",
-            "all frames would be the same: put {frame} into the value of a parameter",
+            "all frames would be equal: put {frame} into the value of a parameter",
         ),
         (
             "--frames 3..1 -D shift={frame} -o {frame}.npy",
@@ -73,7 +73,7 @@ fn sequences_that_would_be_lost_are_refused() {
         ),
         (
             "--frames 1..3 -D shift={frame} -o {frame}.npy --checkpoint a.part",
-            "leave --checkpoint and --shard out",
+            "leave out --checkpoint and --shard",
         ),
     ] {
         let said = folder.fail(2, &format!("render scene.xml --spp 1 {arguments}"));

@@ -339,7 +339,7 @@ fn what_does_not_belong_together_is_refused() {
         .unwrap()
         .replace("0.9", "0.8");
     std::fs::write(folder.path("other.xml"), &other).unwrap();
-    refused("other.xml --spp 4 --shard 1/2", "it is of another scene");
+    refused("other.xml --spp 4 --shard 1/2", "its scene is different");
     // The scene itself has changed, or moved.
     folder.succeed("render scene.xml --spp 4 --shard 1/2 -o b.part");
     std::fs::rename(folder.path("scene.xml"), folder.path("moved.xml")).unwrap();
@@ -350,13 +350,13 @@ fn what_does_not_belong_together_is_refused() {
     );
     let error = folder.fail(2, "merge a.part b.part -o x.exr --scene other.xml");
     assert!(
-        error.contains("do not belong to 'other.xml': it is of another scene"),
+        error.contains("do not belong to 'other.xml': its scene is different"),
         "{error}"
     );
     folder.succeed("merge a.part b.part -o x.exr --scene moved.xml");
     std::fs::write(folder.path("scene.xml"), other).unwrap();
     let error = folder.fail(2, "merge a.part b.part -o y.exr");
-    assert!(error.contains("it is of another scene"), "{error}");
+    assert!(error.contains("its scene is different"), "{error}");
     assert!(!folder.files().contains(&"y.exr".to_owned()));
     // A render does not resume from parts of another scene either.
     let error = folder.fail(
@@ -364,7 +364,7 @@ fn what_does_not_belong_together_is_refused() {
         "render scene.xml --spp 4 --checkpoint a.part --resume -o y.exr",
     );
     assert!(
-        error.contains("'a.part' cannot be resumed: it is of another scene"),
+        error.contains("'a.part' cannot be resumed: its scene is different"),
         "{error}"
     );
     let error = folder.fail(
@@ -381,9 +381,9 @@ fn what_does_not_belong_together_is_refused() {
 fn options_that_make_no_sense_are_refused() {
     let folder = fog();
     for (options, why) in [
-        ("--resume", "continues a --checkpoint or a --shard"),
+        ("--resume", "needs --checkpoint or --shard"),
         ("--shard 0/9", "there are more shards, 9, than samples, 4"),
-        ("--shard 0/2 -o a.exr", "morgana merge makes images"),
+        ("--shard 0/2 -o a.exr", "make images by morgana merge"),
         (
             "--shard auto",
             "neither SLURM_ARRAY_TASK_ID nor AWS_BATCH_JOB_ARRAY_INDEX is set",
@@ -395,6 +395,6 @@ fn options_that_make_no_sense_are_refused() {
         assert!(error.contains(why), "{options}: {error}");
     }
     let error = folder.fail(2, "merge a.part -o b.part -o c.exr");
-    assert!(error.contains("write a .part file alone"), "{error}");
+    assert!(error.contains("write only the .part file"), "{error}");
     assert_eq!(folder.files(), ["scene.xml"]);
 }

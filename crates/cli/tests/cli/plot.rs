@@ -180,7 +180,10 @@ fn mistakes_are_named() {
         "profile a.exr --row 0 --channel X -o p.svg",
         "no channel 'X'; there are B, G, R",
     );
-    says("profile a.exr --row 0 -o p.gif", "figures are .svg or .png");
+    says(
+        "profile a.exr --row 0 -o p.gif",
+        "write a figure to .svg or .png",
+    );
     says(
         "histogram a.exr --pixel 6,0 -o p.svg",
         "the image has 6 x 4 pixels",

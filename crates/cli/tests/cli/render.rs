@@ -7,11 +7,14 @@ use io::npy;
 #[test]
 fn writes_exr_and_png_named_after_the_scene() {
     let folder = Folder::with_fog();
-    let line = folder.succeed("render scene.xml --spp 8");
-    assert_eq!(line.lines().count(), 1, "{line}");
+    let told = folder.succeed("render scene.xml --spp 8");
+    let [line, wrote] = told.lines().collect::<Vec<_>>()[..] else {
+        panic!("{told}");
+    };
     for part in ["8 spp", "samples/s", "mean 0.", "±", "connections failed"] {
         assert!(line.contains(part), "{line}");
     }
+    assert_eq!(wrote, "wrote scene.exr, scene.png");
     assert_eq!(folder.files(), ["scene.exr", "scene.png", "scene.xml"]);
     let png = RgbImage::read(&folder.path("scene.png")).unwrap();
     assert_eq!((png.width, png.height), (8, 6));
@@ -197,6 +200,43 @@ fn pictures_are_exposed_unless_told_otherwise() {
     );
     assert_eq!(folder.read("a.png"), folder.read("d.png"));
     folder.refuse("render scene.xml --exposure bright");
+}
+
+#[test]
+fn all_written_files_are_named() {
+    let folder = Folder::with_fog();
+    let told = folder.succeed(
+        "render scene.xml --integrator bdpt --spp 1 -o a.npy -o b.exr --strategies s.exr --stats s.json --checkpoint c.part",
+    );
+    assert_eq!(
+        told.lines().last(),
+        Some("wrote a.npy, b.exr, s.exr, s.json, c.part")
+    );
+    for part in 0..2 {
+        let told = folder.succeed(&format!("render scene.xml --spp 2 --shard {part}/2"));
+        let wrote = format!("wrote scene.{part}-of-2.part");
+        assert_eq!(told.lines().last(), Some(wrote.as_str()));
+    }
+    let parts = "scene.0-of-2.part scene.1-of-2.part";
+    let told = folder.succeed(&format!("merge {parts} -o m.exr"));
+    assert_eq!(told.lines().last(), Some("wrote m.exr"));
+    let told = folder.succeed(&format!("merge {parts} -o m.part"));
+    assert_eq!(told, "wrote m.part\n");
+    assert_eq!(folder.succeed(&format!("merge {parts} -o m.part -q")), "");
+}
+
+#[test]
+fn numbers_of_samples_may_have_an_exponent() {
+    let folder = Folder::with_fog();
+    let line = folder.succeed("render scene.xml --spp 1e1 -o a.npy");
+    assert!(line.contains(" 10 spp "), "{line}");
+}
+
+#[test]
+fn a_balance_without_light_says_so() {
+    let black = r#"<scene version="3.0.0"><emitter type="constant"><float name="radiance" value="0"/></emitter></scene>"#;
+    let told = Folder::with_file(black).succeed("render scene.xml --integrator particle --spp 2");
+    assert!(told.contains("\nemitted 0: there is no light\n"), "{told}");
 }
 
 #[test]

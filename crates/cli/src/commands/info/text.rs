@@ -49,7 +49,7 @@ pub fn describe(path: &Path, loaded: &Loaded) -> Result<String, std::fmt::Error>
         if let Some(pixels) = diffracted(loaded) {
             writeln!(
                 out,
-                "  diffraction  half of the light within {pixels} pixels of its place"
+                "  diffraction  half of the light within {pixels} pixels of its position"
             )?;
         }
     }
@@ -69,7 +69,7 @@ pub fn describe(path: &Path, loaded: &Loaded) -> Result<String, std::fmt::Error>
     if !loaded.condensed.is_empty() {
         writeln!(
             out,
-            "\ngrids finer than their fields {}",
+            "\ngrids that are finer than needed {}",
             loaded.condensed.len()
         )?;
     }
@@ -90,7 +90,7 @@ fn condensed(out: &mut String, grid: &CondensedGrid) -> std::fmt::Result {
     writeln!(out, "  {}{of}", grid.plugin)?;
     writeln!(
         out,
-        "    samples    {}, held by {}, which changes n² by at most {:.1e}",
+        "    samples    {}, stored as {}, which changes n² by at most {:.1e}",
         times(grid.size),
         times(grid.held),
         grid.tolerance
@@ -245,7 +245,7 @@ fn medium(out: &mut String, loaded: &Loaded, id: MediumId) -> std::fmt::Result {
     if region.aabb.is_empty() {
         return writeln!(
             out,
-            "    the index of which optical path differences are taken: no shape holds it"
+            "    reference index of optical path differences: no shape has this medium"
         );
     }
     let (low, high) = constant_index(loaded, id);
@@ -319,33 +319,18 @@ fn span(low: f64, high: f64) -> String {
     }
 }
 
-/// Describes if several rays may connect two points of the medium, and why.
+/// Describes if several rays may connect two points of the medium, and what renders do about it.
 fn certificate(uniqueness: Option<&Uniqueness>) -> String {
-    let Some(uniqueness) = uniqueness else {
-        return "not certified: the medium is not one closed convex shape".into();
-    };
-    let bounds = uniqueness.bounds();
-    let longest = uniqueness.longest_ray();
-    if !longest.is_finite() {
-        return format!(
-            "not certified: rays may be arbitrarily long (κD ≥ 2 with κ = {})",
-            plain(bounds.kappa())
-        );
-    }
     // Klingenberg's criterion, docs/theory.md#certificate.
-    let curvature = 2.0 * bounds.neg_hess_ln_n() / bounds.n2_min;
-    let used = bounds.n_max() * longest * curvature.sqrt() / std::f64::consts::PI;
-    let ray = format!("longest ray {}", plain(longest));
-    if uniqueness.whole_medium() {
-        format!(
-            "unique between any two points ({ray}, {} of the bound)",
-            percent(used)
-        )
-    } else {
-        format!(
-            "not certified for the medium as a whole ({ray}, {} of the bound); near points may be",
-            percent(used)
-        )
+    match uniqueness {
+        Some(certified) if certified.whole_medium() => format!(
+            "one ray between any two points, at most {} long (certified)",
+            plain(certified.longest_ray())
+        ),
+        Some(partly) if partly.longest_ray().is_finite() => {
+            "several rays may connect distant points: renders search for them".into()
+        }
+        _ => "several rays may connect two points: renders search for them".into(),
     }
 }
 
