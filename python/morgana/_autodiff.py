@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Callable, Dict, NamedTuple, Optional, Seq
 import numpy as np
 from numpy.typing import NDArray
 
+from ._extras import advice
 from ._morgana import Field
 from ._numbers import grid_samples
 from ._system import GradError, Layout, System, check_samples, check_starts
@@ -66,13 +67,13 @@ class Model(NamedTuple):
         values = dict(zip(self.names, given))
         index = self.build(dict(values))
         if not isinstance(index, (Field, System)):
-            raise GradError(f"a Field or a System must be built of the parameters, not {type(index).__name__}")
+            raise GradError(f"build must return a Field or a System, not {type(index).__name__}")
         own = Layout(index, has_box=True).parameters()
         for name, value in values.items():
             if name not in own:
-                raise GradError(f"what was built has no parameter {name!r}: it has {', '.join(own) or 'none'}")
+                raise GradError(f"the result of build has no parameter {name!r}: it has {', '.join(own) or 'none'}")
             if own[name].shape != value.shape or not np.allclose(own[name], value, rtol=ROUNDED, atol=ROUNDED**2):
-                raise GradError(f"{name} was given as {value.tolist()} but is {own[name].tolist()} in what was built: its derivatives are by another number")
+                raise GradError(f"{name} is {value.tolist()} but the result of build has {own[name].tolist()}: build must use the parameter unchanged")
         return index
 
 
@@ -146,7 +147,7 @@ def _torch_rays(torch: Any) -> Callable[..., Any]:
 
         @staticmethod
         def backward(ctx: Any, *by: Any) -> Any:
-            raise GradError("rays have first derivatives only: these cannot be differentiated again")
+            raise GradError("rays have only first derivatives: do not differentiate them again")
 
         @staticmethod
         def vmap(info: Any, axes: Any, model: Model, *kept: Any) -> Any:
@@ -220,10 +221,10 @@ def _flat(index: Any, build: Optional[Build]) -> Tuple[Tuple[str, ...], Tuple[An
     """Returns names and arrays of the given index."""
     if build is None:
         if isinstance(index, (dict, Field, System)):
-            raise GradError(f"samples of n are expected, not {type(index).__name__}: for parameters of a field or a lens, say how it is built of them")
+            raise GradError(f"expected samples of n, not {type(index).__name__}: for parameters of a field or a lens, give build")
         return (), (index,)
     if not isinstance(index, dict) or not index:
-        raise GradError("parameters are given as a dictionary: at least one array by its name")
+        raise GradError("parameters must be a dictionary with at least one array")
     return tuple(index), tuple(index.values())
 
 
@@ -231,4 +232,4 @@ def _library(name: str) -> Any:
     try:
         return importlib.import_module(name)
     except ImportError:
-        raise GradError(f'this needs {name}: pip install "morgana-render[{name}]"') from None
+        raise GradError(f"this needs {name}: {advice(name)}") from None

@@ -54,5 +54,5 @@ def mean_and_variance(layers: Mapping[str, Any], name: str) -> Tuple[Doubles, Do
     if not isinstance(layer, np.ndarray):
         return np.asarray(layer.mean, float), np.asarray(layer.variance, float)
     if f"variance.{name}" not in layers:
-        raise ValueError(f"the layer {name} has no variance: give all layers of an EXR file that morgana has written")
+        raise ValueError(f"the layer {name} has no variance: give all layers of an EXR file by morgana")
     return np.asarray(layer, float), np.asarray(layers[f"variance.{name}"], float)

@@ -37,9 +37,9 @@ class Checkpoint:
         except Exception as problem:
             # Catch all exceptions: damaged archives raise BadZipFile, zlib.error,
             # NotImplementedError, RuntimeError, MemoryError and others.
-            raise self.error(f"{self.path} is no checkpoint of a reconstruction: {problem}") from None
+            raise self.error(f"{self.path} is not a checkpoint of a reconstruction: {problem}") from None
         if key != self.key:
-            raise self.error(f"{self.path} is of other rays, data or options: delete it, or name another checkpoint")
+            raise self.error(f"{self.path} belongs to other rays, data or options: delete it, or give another file")
         return samples, history, stopped
 
     def save(self, samples: Doubles, history: Sequence[Told], stopped: str) -> None:

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from . import _morgana
 from ._checks import optional_finite, truth
 from ._errors import RenderError
+from ._extras import advice
 from ._images import Image, Path, _layers, read
 from ._numbers import numbers
 from ._result import Floats, Result, thumbnail
@@ -98,7 +99,7 @@ def denoise(
 ) -> Denoised:
     """Denoise an image by Open Image Denoise, and find changes that noise does not explain.
 
-    Needs the package pyoidn: ``pip install "morgana-render[denoise]"``.
+    Needs the package pyoidn: ``pip install ".[denoise]"`` in a clone of morgana.
 
     Parameters
     ----------
@@ -173,7 +174,7 @@ def _oidn() -> Any:
     try:
         return importlib.import_module("pyoidn")
     except ImportError as missing:
-        raise ImportError('morgana.denoise needs Open Image Denoise: pip install "morgana-render[denoise]"') from missing
+        raise ImportError(f"morgana.denoise needs Open Image Denoise: {advice('denoise')}") from missing
 
 
 def _fitting(given: ArrayLike, what: str, shape: Tuple[int, ...]) -> Floats:

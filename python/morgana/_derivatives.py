@@ -254,7 +254,7 @@ def _checked(values: ArrayLike, what: str, shape: Tuple[int, ...], of: str) -> D
     """Returns weights as a flat array."""
     array = numbers(values, what)
     if array.shape != shape:
-        raise RenderError(f"{what} have shape {array.shape} but must have that of {of}, {shape}")
+        raise RenderError(f"{what} have shape {array.shape} but must have the shape of {of}, {shape}")
     if not np.isfinite(array).all():
         raise RenderError(f"{what} are not all finite: the loss must have a derivative by every value of {of}")
     return np.ascontiguousarray(array.ravel())

@@ -37,7 +37,7 @@ def visible(mesh: Any) -> Any:
         cells = cells | np.isin(mesh.celltypes, walls)
     found = without(mesh, cells, points)
     if found.n_cells == 0:
-        raise FlowError("all cells of the mesh are hidden (vtkGhostType)")
+        raise FlowError("all cells of the mesh are hidden (vtkGhostType): remove this array, or read another file")
     return found
 
 

@@ -91,7 +91,7 @@ class Revolved(Frame):
         offset, extent = np.zeros(3), self.high - self.low
         flat = _flat_axis(mesh)
         if flat == self.axis:
-            raise FlowError(f"the mesh is planar across {'xyz'[flat]}: what is revolved has the axis in its plane")
+            raise FlowError(f"the mesh is planar across {'xyz'[flat]}: revolve it about an axis in its plane")
         if flat is not None:
             radial = 3 - self.axis - flat
             offset[flat] = 0.5 * (self.low[flat] + self.high[flat])
@@ -104,7 +104,7 @@ class Revolved(Frame):
         along = across @ direction
         beside = np.linalg.norm(across - along[:, None] * direction, axis=1)
         if np.any(beside > math.tan(WIDEST) * along + 1e-6 * extent.max()):
-            raise FlowError("what is revolved is planar, or a wedge of at most 20° about the axis: take a slice of the mesh")
+            raise FlowError("revolve needs a planar mesh, or a wedge of at most 20° about the axis: use a slice of the mesh")
         normal = np.cross(np.eye(3)[self.axis], direction)
         # Use points far from the axis, which determine the angles accurately.
         angles = np.arctan2(across @ normal, along)[along > 0.5 * along.max()]

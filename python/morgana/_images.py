@@ -15,7 +15,7 @@ from ._checks import mapping, optional_finite, optional_whole, whole
 from ._errors import FileError, RenderError
 from ._numbers import numbers
 from ._result import Floats, Result, thumbnail
-from ._values import comparable
+from ._values import Named, comparable
 
 Path = Union[str, "os.PathLike[str]"]
 
@@ -124,9 +124,9 @@ def read(path: Path, *, memory: Optional[int] = None) -> Image:
     except FileError as error:
         if not name.lower().endswith(OF_METERS):
             raise
-        raise FileError(f"{error}; what meters have measured is for morgana.Reading.load and morgana.Records.load, which read .npz and .h5 files") from None
+        raise FileError(f"{error}; read results of meters, in .npz and .h5 files, by morgana.Reading.load and morgana.Records.load") from None
     values = {name: array for name, _, array in layers}
-    return Image(values, {name: channels for name, channels, _ in layers}, dict(attributes))
+    return Image(Named("layer", values), {name: channels for name, channels, _ in layers}, dict(attributes))
 
 
 def write(
@@ -166,14 +166,14 @@ def write(
     """
     if isinstance(image, Result):
         if attributes:
-            raise RenderError("attributes are for images and arrays: a result writes its own")
+            raise RenderError("attributes are for images and arrays: leave them out, because a result writes its own")
         image.write(path, exposure=exposure)
         return
     known = dict(image.attributes) if isinstance(image, Image) else {}
     known.update(mapping(attributes or {}, "attributes"))
     for name, text in known.items():
         if not (isinstance(name, str) and isinstance(text, str)):
-            raise TypeError(f"attributes[{name!r}] is {text!r} but attributes are texts by names: convert it by str()")
+            raise TypeError(f"attributes[{name!r}] is {text!r} but attributes must be texts: convert it by str()")
     stops = optional_finite(exposure, "exposure")
     _morgana.write_image(os.fspath(path), _layers(image), list(known.items()), stops)
 

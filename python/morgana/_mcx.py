@@ -124,7 +124,7 @@ def load_mcx(cfg: Mapping[str, Any], /, *, weight_windows: bool = False) -> Scen
         optode["Detector"] = _detectors(left.pop("detpos"))
     shapes = {"Shapes": _shapes(left.pop("shapes"))} if "shapes" in left else {}
     if left:
-        raise ValueError(f"keys of the configuration that are not read: {', '.join(sorted(left))}")
+        raise ValueError(f"morgana does not support these keys of the configuration: {', '.join(sorted(left))}")
     tree = {"Session": session, "Forward": forward, "Optode": optode, "Domain": domain, **shapes}
     return _warned(_morgana.load_dict(tree, [], _instead(None, None, False, False, (), None)))
 
@@ -139,11 +139,11 @@ def _check_photons(left: Dict[str, Any]) -> None:
         left["nphoton"] = int(photons)
     repeats = left.pop("respin", 1)
     if repeats != 1:
-        raise ValueError(f"respin is {shown(repeats)} but must be 1: give the number of all photons as nphoton")
+        raise ValueError(f"respin is {shown(repeats)} but must be 1: give the total number of photons as nphoton")
     if np.ndim(left.pop("seed", 0)) > 0:
-        raise ValueError("seed is an array, but photons are not replayed: leave it out, and give render a number")
+        raise ValueError("seed is an array, but morgana does not replay photons: leave it out, and give render a number")
     if "R" in str(left.pop("debuglevel", "")).upper():
-        raise ValueError("debuglevel R asks for random numbers in place of the fluence: leave it out")
+        raise ValueError("debuglevel R requests random numbers instead of the fluence: leave it out")
 
 
 def _check_boundaries(left: Dict[str, Any]) -> None:
@@ -164,7 +164,7 @@ def _check_gates(at_once: Any, forward: Mapping[str, Any]) -> None:
     first, last = forward.get("T0", 0.0), forward.get("T1", 5e-9)
     width = forward.get("Dt", last - first)
     if 0 < at_once and (at_once + 0.5) * width < last - first:
-        raise ValueError(f"maxgate is {at_once}, less than there are time gates: leave it out, all of them are measured")
+        raise ValueError(f"maxgate is {at_once}, less than the number of time gates: leave it out, because morgana measures all gates")
 
 
 def _shapes(given: Any) -> Any:
@@ -184,7 +184,7 @@ def _labels(vol: Any) -> NDArray[Any]:
     """Returns the labels of voxels."""
     labels = np.asarray(in_order(vol, "cfg['vol']", "xyz"))
     if labels.ndim != 3:
-        raise ValueError(f"cfg['vol'] has the shape {labels.shape} but must be labels [x, y, z]: volumes of coefficients are not read")
+        raise ValueError(f"cfg['vol'] has the shape {labels.shape} but must be labels [x, y, z]: morgana does not support volumes of coefficients")
     return labels
 
 

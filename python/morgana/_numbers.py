@@ -69,5 +69,5 @@ def chosen(where: Optional[ArrayLike], count: int) -> Union[slice, NDArray[np.bo
     if mask.dtype != bool:
         raise ValueError(f"'where' must be an array of True and False, one for each record, not of type {mask.dtype}: compare a column, or np.isin")
     if mask.shape != (count,):
-        raise ValueError(f"'where' must say of each of {count} records whether it counts, but has the shape {mask.shape}")
+        raise ValueError(f"'where' must have a True or False for each of {count} records, but has the shape {mask.shape}")
     return mask

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._errors import Error
+from ._extras import advice
 
 Doubles = NDArray[np.float64]
 
@@ -39,4 +40,4 @@ def scipy(module: str) -> Any:
     try:
         return importlib.import_module(module)
     except ImportError:
-        raise ReconstructionError('reconstructions need SciPy: pip install "morgana-render[reconstruct]"') from None
+        raise ReconstructionError(f"reconstructions need SciPy: {advice('reconstruct')}") from None

@@ -122,9 +122,9 @@ class Pulse(NamedTuple):
         """
         t, v = numbers(times, "times"), numbers(values, "values")
         if t.ndim != 1 or t.shape != v.shape or len(t) < 2 or not np.all(np.isfinite(t)) or not np.all(np.diff(t) > 0):
-            raise ValueError("a pulse is a table of at least two ascending times, and as many values")
+            raise ValueError("a pulse needs at least two ascending times, and a value for each")
         if not (np.all(np.isfinite(v)) and np.all(v >= 0) and v.any()):
-            raise ValueError("the values of a pulse are at least 0, and not all 0")
+            raise ValueError("the values of a pulse must be at least 0, and not all 0")
         return cls(t, v / (0.5 * np.diff(t) * (v[1:] + v[:-1])).sum())
 
     @property

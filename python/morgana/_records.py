@@ -141,9 +141,9 @@ class Records(NamedTuple):
         if meter is None and len(found) == 1:
             return next(iter(found.values()))
         if not found:
-            raise FileError(f"{os.fspath(path)}: no meter has kept records: set 'records' of an irradiancemeter")
+            raise FileError(f"{os.fspath(path)}: the file has no records: set 'records' of an irradiancemeter")
         if meter not in found:
-            raise FileError(f"{os.fspath(path)}: records are those of {sorted(found)}, not of {meter!r}")
+            raise FileError(f"{os.fspath(path)}: no records of {meter!r}: the file has records of {sorted(found)}")
         return found[meter]
 
     def rescaled(self, mu_a: Mapping[str, ArrayLike]) -> "Records":
@@ -233,7 +233,7 @@ class Records(NamedTuple):
     def _region(self, name: str) -> int:
         """Returns the row of a region."""
         if name not in self.regions:
-            raise ValueError(f"no region is named {name!r}; there are {', '.join(map(repr, self.regions))}")
+            raise ValueError(f"no region {name!r}: the records have {', '.join(map(repr, self.regions))}")
         return self.regions.index(name)
 
     def power(self, where: Optional[ArrayLike] = None) -> Power:
@@ -292,7 +292,7 @@ class Records(NamedTuple):
         """
         limits = numbers(edges, "edges")
         if limits.ndim != 1 or len(limits) < 2 or not np.all(np.diff(limits) > 0):
-            raise ValueError("edges of gates are at least two ascending numbers")
+            raise ValueError("edges of gates must be at least two ascending numbers")
         since = limits - self.optical_length[:, None]
         share = np.diff((since > 0).astype(float) if pulse is None else pulse.emitted(since), axis=1)
         return self._power(self.particle, share[:, :, None] * self.weight[:, None, :])

@@ -19,7 +19,7 @@ from ._errors import FileError, RenderError
 from ._morgana import Scene
 from ._pulse import Pulse
 from ._records import Records, found_in
-from ._values import alike, comparable
+from ._values import Named, alike, comparable, unknown
 
 Floats = NDArray[np.float32]
 Doubles = NDArray[np.float64]
@@ -106,7 +106,7 @@ class Reading(NamedTuple):
         arrays = opened(path).arrays
         found = names_in(arrays)
         if name not in found:
-            raise FileError(f"{os.fspath(path)}: readings are {', '.join(found) or 'none'}, not {name!r}")
+            raise FileError(f"{os.fspath(path)}: no reading {name!r}: the file has {', '.join(found) or 'none'}")
         return reading_in(arrays, name)
 
     def convolved(self, pulse: Pulse) -> "Reading":
@@ -221,7 +221,7 @@ class Result:
     def _rendered(self) -> _morgana.Rendered:
         if isinstance(self._run, _morgana.Rendered):
             return self._run
-        raise RenderError("the scene has meters in place of a camera, hence no picture: see Result.meters")
+        raise RenderError("the scene has meters instead of a camera, so it has no picture: use Result.meters")
 
     @functools.cached_property
     def image(self) -> Floats:
@@ -330,9 +330,9 @@ class Result:
         variances are unknown (infinite).
         """
         if isinstance(self._run, _morgana.Measured):
-            return {}
+            return Named("layer", {})
         light, _ = self._decomposition
-        return {**light, **self._quantities()}
+        return Named("layer", {**light, **self._quantities()})
 
     @property
     def axes(self) -> List[Dict[str, Any]]:
@@ -368,7 +368,7 @@ class Result:
             return {}
         run = self._run
         outlines = {name: (unit, axes) for name, unit, axes in run.outlines()}
-        return Lazy(outlines, lambda name: Array(*outlines[name], run.array(name)))
+        return Lazy("array", outlines, lambda name: Array(*outlines[name], run.array(name)))
 
     @functools.cached_property
     def meters(self) -> Mapping[str, Reading]:
@@ -385,7 +385,7 @@ class Result:
                 kept[name] = reading_in(self._arrays, name)
             return kept[name]
 
-        return Lazy(names_in(self._arrays), make)
+        return Lazy("reading", names_in(self._arrays), make)
 
     def reading(self, name: str, *, dtype: DTypeLike = np.float64, errors: bool = True) -> Reading:
         """A quantity of ``meters`` in less memory.
@@ -416,7 +416,7 @@ class Result:
         >>> fluence = measured.reading("fluence", dtype="float32", errors=False).mean
         """
         if name not in self.meters:
-            raise KeyError(f"{name!r} is not among the readings: {', '.join(self.meters) or 'a picture has none'}")
+            raise unknown("reading", name, self.meters)
         unit, axes, values = self._arrays[name]
         mean = values.astype(dtype, copy=False)
         if errors:
@@ -467,7 +467,7 @@ class Result:
         elif exposure is None:
             self._run.write(os.fspath(path))
         else:
-            raise RenderError("exposure is for pictures, but the scene has meters in place of a camera")
+            raise RenderError("exposure is for pictures, but the scene has meters instead of a camera")
 
     def __repr__(self) -> str:
         return f"<morgana.Result of {self._summary()}>"
@@ -503,15 +503,16 @@ def undelayed(layer: str) -> str:
 
 
 class Lazy(Mapping[str, Value]):
-    """Mapping that makes its values on access."""
+    """Mapping that makes its values on access. The error for an unknown name lists the known names."""
 
-    def __init__(self, names: Iterable[str], make: Callable[[str], Value]) -> None:
+    def __init__(self, kind: str, names: Iterable[str], make: Callable[[str], Value]) -> None:
+        self._kind = kind
         self._names = dict.fromkeys(names)
         self._make = make
 
     def __getitem__(self, name: str) -> Value:
         if name not in self._names:
-            raise KeyError(name)
+            raise unknown(self._kind, name, self)
         return self._make(name)
 
     def __contains__(self, name: object) -> bool:

@@ -232,7 +232,7 @@ def load_field(volume: Mapping[str, Any], *, wavelength: Optional[float] = None)
     <morgana.Field, varying>
     """
     if wavelength is not None and not 0 < wavelength < float("inf"):
-        raise ValueError(f"a wavelength is positive, in nm, not {wavelength}")
+        raise ValueError(f"a wavelength must be positive, in nm, not {wavelength}")
     field = _morgana.load_field(checks.mapping(volume, "a volume"), wavelength)
     _warn(field._warnings)
     return field
@@ -266,7 +266,7 @@ def field_of(scene: Scene, name: str) -> Field:
 
 def _unchanged(made: Made, found: str, expected: str) -> Made:
     if found != expected:
-        raise RenderError(f"{made!r} is not what was pickled: its files or arrays have changed since it was made")
+        raise RenderError(f"{made!r} differs from the pickled one: its files or arrays have changed")
     return made
 
 

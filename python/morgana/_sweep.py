@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ._checks import mapping
 from ._errors import RenderError
+from ._extras import advice
 from ._morgana import Scene
 from ._render import render
 from ._result import Layer, Result
@@ -67,10 +68,12 @@ class Sweep(NamedTuple):
         Raises
         ------
         ImportError
-            xarray is not installed: ``pip install "morgana-render[sweep]"``.
+            xarray is not installed: run ``pip install ".[sweep]"`` in a clone of morgana.
         """
-        import xarray
-
+        try:
+            import xarray
+        except ImportError as missing:
+            raise ImportError(f"data sets need xarray: {advice('sweep')}") from missing
         quantities = {*self.mean, *(f"{name}_error" for name in self.mean)}
         parameters = {f"parameters.{name}" if name in quantities else name: values for name, values in self.parameters.items()}
         dimensions, coordinates = self._dimensions({*quantities, *parameters})

@@ -203,7 +203,7 @@ class Layout:
             values = {name: np.zeros_like(value) for name, value in self.parameters().items()}
             for name, part in of.items():
                 if name not in values:
-                    raise GradError(f"there is no parameter {name!r}: there are {', '.join(values) or 'none'}")
+                    raise GradError(f"no parameter {name!r}: the system has {', '.join(values) or 'none'}")
                 given = grid_samples(part, name)
                 if given.shape != values[name].shape:
                     raise GradError(f"a change of {name} has the shape {given.shape} but must have {values[name].shape}")
@@ -247,7 +247,7 @@ def check_samples(shape: Tuple[int, ...], what: str, has_box: bool) -> None:
     if len(shape) != 3:
         raise GradError(f"{what} must be a Field or an array [z, y, x] of samples, but has the shape {shape}")
     if not has_box:
-        raise GradError("samples need the box that they fill: give Rays a box")
+        raise GradError("samples need a box: give Rays the box that they fill")
 
 
 def triple(vector: Doubles) -> Vector:
@@ -260,7 +260,7 @@ def _medium(medium: Any, what: str, has_box: bool) -> Union[float, Field, Double
     if isinstance(medium, Field):
         return medium
     if isinstance(medium, System):
-        raise GradError(f"{what} is a System: only rays as a whole go through one")
+        raise GradError(f"{what} is a System, which only whole rays can pass: give a Field")
     if what != "the index" and np.ndim(medium) == 0:
         return checks.positive(medium, what)
     samples = np.ascontiguousarray(grid_samples(medium, what))
@@ -268,7 +268,7 @@ def _medium(medium: Any, what: str, has_box: bool) -> Union[float, Field, Double
     bad = ~(np.isfinite(samples) & (samples > 0))
     if bad.any():
         first = tuple(int(i) for i in np.argwhere(bad)[0])
-        raise GradError(f"{np.count_nonzero(bad)} samples are no refractive index > 0: the first is {samples[first]} at {list(first)}")
+        raise GradError(f"{np.count_nonzero(bad)} samples are not refractive indices > 0: the first is {samples[first]} at {list(first)}")
     return samples
 
 

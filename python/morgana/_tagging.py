@@ -115,9 +115,9 @@ def _first_orders(light: Union[Mapping[str, Layer], Mapping[str, Floats], Readin
             )
         return [(mean, np.sqrt(variance)) for mean, variance in (mean_and_variance(light, name) for name in names)]
     if not isinstance(light, Reading):
-        raise TypeError(f"expected layers or a reading, found {type(light).__name__}: give its layers, or one of result.meters")
+        raise TypeError(f"expected layers or a reading, found {type(light).__name__}: give result.layers, or a reading of result.meters")
     if "order" not in light.axes or light.mean.shape[0] < 2:
-        raise ValueError("the reading is not told apart by sidebands up to the first: take fluence_sidebands or power_sidebands of a tagged meter")
+        raise ValueError("the reading has no sidebands up to the first: use fluence_sidebands or power_sidebands of a tagged meter")
     return [(light.mean[order], light.error[order]) for order in (0, 1)]
 
 
@@ -225,17 +225,17 @@ def correlate_tagged(
 def _phases(records: Records, wavelength: ArrayLike) -> Doubles:
     """Returns |Φ| by record and channel."""
     if records.index_modulation is None or records.displacement_modulation is None:
-        raise ValueError("the records do not say what sound does: set 'tagged' of their meter")
+        raise ValueError("the records have no phase shifts from sound: set 'tagged' of their meter")
     channels = records.weight.shape[1]
     length = by_channel(wavelength, "wavelength", channels)
     modulation = records.index_modulation + records.displacement_modulation
     if not np.all(np.isfinite(modulation)):
         unknown = int(np.count_nonzero(~np.isfinite(modulation)))
-        raise ValueError(f"the modulation of {unknown} records is not known: choose others by 'where', or a coarser sound")
+        raise ValueError(f"the modulation of {unknown} records is unknown: exclude them by 'where', or use a coarser grid of sound")
     with np.errstate(over="ignore", invalid="ignore"):
         phase = np.abs(modulation)[:, None] * (2 * np.pi / np.broadcast_to(length, channels))
     if not np.all(phase <= LARGEST):
-        raise ValueError(f"the sound turns phases by up to {phase.max():.3g} radians, of which no number knows the angle: give the wavelength in scene units")
+        raise ValueError(f"the sound shifts phases by up to {phase.max():.3g} radians, which is too much to compute: give the wavelength in scene units")
     return phase
 
 

@@ -1,12 +1,30 @@
-"""Comparison of values that contain arrays, and no arithmetic of tuples."""
+"""Comparison of values that contain arrays, no arithmetic of tuples, and dictionaries with helpful errors."""
 
 from __future__ import annotations
 
-from typing import Any, Dict, Mapping, Tuple, Type, TypeVar
+from typing import Any, Dict, Iterable, Mapping, NoReturn, Tuple, Type, TypeVar
 
 import numpy as np
 
 Tuple_ = TypeVar("Tuple_", bound=Tuple[Any, ...])
+Value = TypeVar("Value")
+
+
+def unknown(kind: str, name: object, known: Iterable[str]) -> KeyError:
+    """Returns the error for an unknown name, which lists the known names."""
+    names = ", ".join(map(repr, known))
+    return KeyError(f"no {kind} {name!r}: " + (f"there are {names}" if names else f"the result has no {kind}"))
+
+
+class Named(Dict[str, Value]):
+    """Dictionary of things by name. The error for an unknown name lists the known names."""
+
+    def __init__(self, kind: str, values: Mapping[str, Value]) -> None:
+        super().__init__(values)
+        self._kind = kind
+
+    def __missing__(self, name: object) -> NoReturn:
+        raise unknown(self._kind, name, self)
 
 
 def alike(a: Any, b: Any) -> bool:

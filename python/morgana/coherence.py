@@ -136,7 +136,7 @@ def gaussian(wavelength: float, width: float) -> Source:
     """
     middle, full = positive(wavelength, "wavelength", least=LEAST), positive(width, "width", least=LEAST)
     if full > middle:
-        raise ValueError(f"the spectrum is {width} wide, more than its wavelength of {wavelength}: take a narrower one, or coherence.tabulated")
+        raise ValueError(f"the spectrum is {width} wide, more than its wavelength of {wavelength}: use a narrower one, or coherence.tabulated")
     center, spread = 2 * np.pi / middle, 2 * np.pi * full / middle**2
     return Source(np.array([center]), np.ones(1), spread, float(4 * np.log(2) / spread))
 
@@ -169,11 +169,11 @@ def tabulated(wavelengths: ArrayLike, power: ArrayLike) -> Source:
     """
     nm, values = numbers(wavelengths, "wavelengths"), numbers(power, "power")
     if nm.ndim != 1 or nm.shape != values.shape or len(nm) < 2 or not np.all(np.isfinite(nm)) or nm[0] <= 0 or np.any(np.diff(nm) <= 0):
-        raise ValueError("wavelengths and power are two rows of at least two numbers, wavelengths positive and ascending")
+        raise ValueError("wavelengths and power must be two rows of at least two numbers, with positive and ascending wavelengths")
     # Convert to power per wave number k = 2π/λ, ascending: |dλ/dk| ∝ λ².
     k, density = 2 * np.pi / nm[::-1], (values * nm**2)[::-1]
     if not np.all(np.isfinite(density) & (density >= 0)) or not density.any():
-        raise ValueError("power is finite, not negative, and not zero everywhere")
+        raise ValueError("power must be finite, not negative, and not zero everywhere")
     source = Source(k, density, 0.0, np.nan)
     return source._replace(coherence_length=_half(source, 2 * np.pi / (k[-1] - k[0])))
 
@@ -228,10 +228,10 @@ def a_scan(light: Union[Records, Result, Image], lengths: ArrayLike, source: Sou
     _check(source)
     if isinstance(light, (Result, Image)):
         if where is not None:
-            raise ValueError("'where' chooses among records, of which a picture has none: choose pixels of the scan")
+            raise ValueError("'where' selects records, but a picture has none: select pixels of the scan")
         return _film_scan(light, reference, source)
     if not isinstance(light, Records):
-        raise TypeError(f"expected Records, a Result or an Image, found {type(light).__name__}: take result.records, or the EXR file that morgana.read has read")
+        raise TypeError(f"expected Records, a Result or an Image, found {type(light).__name__}: give result.records, or an EXR file read by morgana.read")
     light = taken(light, where)
     _, rows = np.unique(light.particle, return_inverse=True)
     particles, channels = int(rows.max(initial=-1)) + 1, light.weight.shape[1]
@@ -257,7 +257,7 @@ def _film_scan(film: Union[Result, Image], reference: Doubles, source: Source) -
             "of meters take one of result.records"
         )
     if not all(bins.layers):
-        raise ValueError("the picture has no layers for some of its bins of length: take the EXR file that morgana has written")
+        raise ValueError("the picture has no layers for some of its bins of length: give an EXR file by morgana")
     edges = bins.edges * bins.speed_of_light
     width = (edges[-1] - edges[0]) / len(bins.layers)
     if width > source.coherence_length / 2:
@@ -265,7 +265,7 @@ def _film_scan(film: Union[Result, Image], reference: Doubles, source: Source) -
             f"the film's bins are {width:.4g} long, more than half of the coherence length, {source.coherence_length:.4g}: take a smaller bin_width"
         )
     if np.any((reference < edges[0]) | (reference > edges[-1])):
-        raise ValueError(f"the film has light of the lengths {edges[0]:.4g} to {edges[-1]:.4g} only: take lengths within them, or other bounds of the film")
+        raise ValueError(f"the film has light of the lengths {edges[0]:.4g} to {edges[-1]:.4g} only: give lengths within them, or change the bounds of the film")
     # Place three Gauss nodes in each bin.
     nodes, weights = np.polynomial.legendre.leggauss(3)
     places = (edges[1:] + edges[:-1])[:, None] / 2 + width / 2 * nodes
@@ -319,7 +319,7 @@ def interferogram(lengths: ArrayLike, ways: ArrayLike, power: ArrayLike, source:
     _check(source)
     p = numbers(power, "power")
     if p.shape not in [(), ell.shape]:
-        raise ValueError(f"power must be one number, or one for each of {len(ell)} ways")
+        raise ValueError(f"power must be one number, or one for each of {len(ell)} paths")
     p = np.broadcast_to(p, ell.shape)
     arm_power = positive(reference, "reference")
     if not np.all(np.isfinite(p) & (p >= 0)):
@@ -367,5 +367,5 @@ def _half(source: Source, scale: float) -> float:
 def _row(values: ArrayLike) -> Doubles:
     row = np.atleast_1d(numbers(values, "lengths"))
     if row.ndim != 1 or not np.all(np.isfinite(row)):
-        raise ValueError("lengths are finite numbers in one row")
+        raise ValueError("lengths must be finite numbers in one row")
     return row

@@ -462,7 +462,7 @@ class _Delayed(NamedTuple):
         transfers = []
         for name, motion in moving.items():
             if name not in records.regions:
-                raise ValueError(f"no region is named {name!r}; there are {', '.join(map(repr, records.regions))}")
+                raise ValueError(f"no region {name!r}: the records have {', '.join(map(repr, records.regions))}")
             if name not in light.indices:
                 raise ValueError(f"the region {name!r} moves, but has no index")
             if not callable(motion):
@@ -511,7 +511,7 @@ def _rate(records: Records, flow: float) -> Optional[Doubles]:
     checks.optional_finite(flow, "flow")
     if records.optical_length_rate is None:
         if flow != 1:
-            raise ValueError("nothing flows: give a medium a 'velocity' in the scene whose light is recorded")
+            raise ValueError("nothing flows: give a medium of the scene a 'velocity'")
         return None
     return flow * records.optical_length_rate if flow else None
 
@@ -525,5 +525,5 @@ def _finite(square: float, what: str) -> float:
 
 def _moving(share: float) -> float:
     if not 0 <= share <= 1:
-        raise ValueError(f"the moving share of the scattering must be between 0 and 1, not {share}")
+        raise ValueError(f"the moving fraction of the scattering must be between 0 and 1, not {share}")
     return float(share)

@@ -9,7 +9,7 @@ Reads VTK's formats, OpenFOAM, CGNS and others.
     >>> jet.write("jet.vti")
 
 From the command line: ``python -m morgana.flow case.vtu --array rho --spacing 0.001 -o jet.vti``.
-Reading meshes needs ``pip install "morgana-render[flow]"``, which installs PyVista. Files that
+Reading meshes needs ``pip install ".[flow]"`` in a clone of morgana, which installs PyVista. Files that
 PyVista cannot read are read by meshio if it is installed. See
 docs/guides/schlieren.md#flow-from-a-simulation.
 """
@@ -30,6 +30,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _morgana
 from ._errors import Error, FileError
+from ._extras import advice
 from ._flow_cases import is_decomposed
 from ._flow_cells import dimension, visible, without
 from ._flow_frame import FlowError, Frame, frame_of
@@ -224,7 +225,7 @@ def read(path: Path, *, time: Optional[float] = None) -> Any:
     if os.path.isdir(name):
         name = os.path.join(name, CONTROL)
         if not os.path.exists(name):
-            raise FileError(f"{os.fspath(path)}: a folder, but no case of OpenFOAM: it has no {CONTROL}")
+            raise FileError(f"{os.fspath(path)}: the folder is not a case of OpenFOAM, because it has no {CONTROL}")
     try:
         # Silence VTK's warnings, most of which do not matter here; show its errors.
         with pyvista.vtk_verbosity("error"):
@@ -235,7 +236,7 @@ def read(path: Path, *, time: Optional[float] = None) -> Any:
         raise FileError(f"{name}: cannot be read: {error}") from None
     mesh = _merged(pyvista, found)
     if mesh is None:
-        raise FileError(f"{name}: holds no mesh")
+        raise FileError(f"{name}: the file has no mesh")
     return mesh
 
 
@@ -301,7 +302,7 @@ def sample(
     name, mesh, known = _with_points(mesh, array, outside)
     frame = frame_of(whole, revolve, thickness, known.of_cells)
     if revolve is None and thickness is None and dimension(whole) < 3:
-        raise FlowError("the mesh is a surface, or lines or points: between these its values are not known. Give the mesh of the volume")
+        raise FlowError("the mesh is a surface, or lines or points: give the mesh of the volume")
     low, high = _bounds(bounds, frame)
     counts = _counts(spacing, shape, whole, high - low)
     steps = (high - low) / (counts - 1)
@@ -348,13 +349,13 @@ def density(pressure: ArrayLike, temperature: ArrayLike, molar_mass: ArrayLike =
     temperature, pressure = numbers(temperature, "temperature"), numbers(pressure, "pressure")
     mass = numbers(molar_mass, "molar_mass")
     if not np.all(temperature > 0):
-        raise ValueError("temperatures must be positive: they are in kelvins")
+        raise ValueError("temperatures must be positive: give them in kelvins")
     if not np.all(pressure > 0):
-        raise ValueError("pressures must be positive: they are absolute, in pascals, neither against a reference nor over the density")
+        raise ValueError("pressures must be positive: give absolute pressures in pascals, not relative to a reference or divided by the density")
     if not np.all((mass > 0) & np.isfinite(mass)):
         raise ValueError("molar masses must be positive and finite")
     if np.any(mass >= MOST_MOLAR_MASS):
-        raise ValueError(f"a molar mass is {mass.max():g} kg/mol, which no gas has: divide g/mol by 1000")
+        raise ValueError(f"the molar mass {mass.max():g} kg/mol is too large for a gas: convert g/mol to kg/mol")
     return np.asarray(pressure * mass / (GAS_CONSTANT * temperature))
 
 
@@ -362,7 +363,7 @@ def _pyvista() -> Any:
     try:
         return importlib.import_module("pyvista")
     except ImportError:
-        raise FlowError('meshes are read by PyVista: pip install "morgana-render[flow]"') from None
+        raise FlowError(f"PyVista reads meshes, and is not installed: {advice('flow')}") from None
 
 
 def _case(name: str) -> Optional[str]:
@@ -469,9 +470,9 @@ def _with_points(mesh: Any, array: str, outside: Optional[float]) -> Tuple[str, 
     # Copy to a plain array: VTK does not interpolate arrays of special roles, such as node numbers.
     found = np.array((mesh.point_data if of_points else mesh.cell_data)[name])
     if found.ndim != 1:
-        raise FlowError(f"the array {array!r} has {found.shape[-1]} components at each place: one is needed")
+        raise FlowError(f"the array {array!r} has {found.shape[-1]} components, but must have one")
     if found.dtype.kind not in "fiub":
-        raise FlowError(f"the array {array!r} has values of type {found.dtype}: numbers are needed")
+        raise FlowError(f"the array {array!r} has values of type {found.dtype}, but must have numbers")
     mesh.clear_data()
     (mesh.point_data if of_points else mesh.cell_data)[name] = found.astype(float)
     mesh = _with_values(mesh, name, of_points, outside)
@@ -486,12 +487,12 @@ def _with_values(mesh: Any, name: str, of_points: bool, outside: Optional[float]
     them."""
     values = np.asarray((mesh.point_data if of_points else mesh.cell_data)[name])
     if np.isinf(values).any():
-        raise FlowError(f"the array {name!r} has values that are infinite")
+        raise FlowError(f"the array {name!r} has infinite values")
     missing = np.isnan(values)
     if not missing.any():
         return mesh
     if outside is None:
-        raise FlowError(f"the array {name!r} is NaN at {np.count_nonzero(missing)} places: give outside, the value that solids and the like are filled with")
+        raise FlowError(f"the array {name!r} is NaN at {np.count_nonzero(missing)} points: give outside, the value for solids and other gaps")
     mesh = without(mesh, points=missing) if of_points else without(mesh, cells=missing)
     if mesh.n_cells == 0:
         raise FlowError(f"no cell has a value of the array {name!r}: all are NaN")
@@ -520,7 +521,7 @@ def _bounds(bounds: Optional[Sequence[float]], frame: Frame) -> Tuple[Doubles, D
         return frame.low, frame.high
     given = np.asarray(bounds, float)
     if given.shape != (6,) or not np.isfinite(given).all() or np.any(given[1::2] <= given[::2]):
-        raise FlowError("bounds are xmin, xmax, ymin, ymax, zmin, zmax, each larger than the one before")
+        raise FlowError("bounds must be xmin, xmax, ymin, ymax, zmin, zmax, with each maximum above its minimum")
     return given[::2], given[1::2]
 
 
@@ -538,7 +539,7 @@ def _counts(
             raise FlowError(f"shape is {shape!r} but must be three whole numbers of at least 2")
     if counts.astype(float).prod() > MOST_SAMPLES:
         shown = " x ".join(f"{count:.0f}" for count in counts)
-        raise FlowError(f"{shown} samples are too many: take a larger spacing, or smaller bounds")
+        raise FlowError(f"{shown} samples are too many: use a larger spacing, or smaller bounds")
     return counts.astype(np.int64)
 
 

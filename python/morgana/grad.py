@@ -257,7 +257,7 @@ class Rays:
             The rays have no box.
         """
         if self._box is None:
-            raise GradError("samples need the box that they fill: give Rays a box")
+            raise GradError("samples need a box: give Rays the box that they fill")
         counts = np.array(shape[::-1], float) - (1 if self._options["nodes"] else 0)
         return np.asarray((self._box[1] - self._box[0]) / np.maximum(counts, 1))
 
@@ -463,7 +463,7 @@ class Rays:
         layout = self._layout(index)
         found, origins, directions, failed = _morgana.pull_back(layout.through, self._origins, self._directions, self._options, by)
         if failed:
-            raise GradError(f"the loss depends on {failed} rays that have no end: set its derivatives to zero where Ends.valid is not")
+            raise GradError(f"the loss depends on {failed} rays that have no end: set its derivatives to zero where Ends.valid is False")
         media, surfaces, exit = found
         field = layout.gathered(media, surfaces)
         return Gradient(field, origins, directions, layout.named(field), self._by_exit(np.array(exit)))
@@ -623,7 +623,7 @@ class Rays:
         by = self._ends(values, f"derivatives by {name}", shape)
         lost = 0 if by is None else np.count_nonzero(~np.isfinite(by))
         if lost:
-            raise GradError(f"{lost} derivatives by {name} are not finite: set those of rays without an end to zero, as by Ends.valid")
+            raise GradError(f"{lost} derivatives by {name} are not finite: set derivatives of rays without an end to zero, as by Ends.valid")
         return by
 
     def __eq__(self, other: object) -> bool:

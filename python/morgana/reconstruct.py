@@ -6,7 +6,7 @@ The data are deflections, displacements and optical lengths.
     >>> found = morgana.reconstruct.fit(rays, (64, 64, 64), directions=measured, direction_noise=1e-4, lower=1.0)
     >>> found.samples, found.chi_square
 
-Needs SciPy: ``pip install "morgana-render[reconstruct]"``. See docs/guides/inverse-problems.md.
+Needs SciPy: ``pip install ".[reconstruct]"`` in a clone of morgana. See docs/guides/inverse-problems.md.
 """
 
 from __future__ import annotations
@@ -427,7 +427,7 @@ def fit(
 def _check_lost(share: float) -> None:
     """Raises an error if no ray has an end in an index, and warns if many rays have none."""
     if share == 1:
-        raise ReconstructionError("no measured ray has an end in the index that was found: start from another index, or give lower and upper")
+        raise ReconstructionError("no measured ray has an end in the current index: start from another index, or give lower and upper")
     if share > MANY_LOST:
         message = f"{share:.0%} of the measured rays have no end in the index that was found, and were left out: do they reach the exit?"
         warnings.warn(message, SceneWarning, stacklevel=3)
@@ -492,13 +492,13 @@ def posterior(
     per_variance = checks.optional_positive(prior_deviation, "prior_deviation")
     prior = (_weight(smoothness, "smoothness"), 0.0 if per_variance is None else per_variance**-2)
     if not any(prior):
-        raise ReconstructionError("give smoothness or prior_deviation: what rays do not see has no other bound")
+        raise ReconstructionError("give smoothness or prior_deviation: nothing else limits samples that no ray crosses")
     mask = _limits(None, None, known, _shape(index.shape)).known
     valid = rays.forward(index).valid
     noise = {kind.name: (kind.noise, np.asarray(np.isfinite(kind.values.reshape(len(rays), -1)).all(axis=1))) for kind in measured}
     lost = sum(int(np.count_nonzero(known & ~valid)) for _, known in noise.values())
     if lost:
-        raise ReconstructionError(f"{lost} data are of rays that have no end in this index: set them to NaN")
+        raise ReconstructionError(f"{lost} data belong to rays that have no end in this index: set them to NaN")
     free = np.ones(index.shape, bool) if mask is None else ~mask
     scipy("scipy.sparse.linalg")
     return Posterior(rays, index, noise, free, prior)

@@ -155,10 +155,10 @@ def bos(
     >>> pair = morgana.schlieren.bos("scenes/bos_jet.xml", spp=64)
     """
     if isinstance(scene, Scene):
-        raise TypeError("a Scene has its parameters already: bos takes a file or a dictionary")
+        raise TypeError("a Scene has fixed parameters: give bos a file or a dictionary")
     whole(rays, "rays", 2)
     if still is not None and not mapping(still, "still"):
-        raise RenderError("still names no parameter of the scene that takes the flow away")
+        raise RenderError("still is empty: give parameters of the scene that remove the flow")
     given = dict(parameters or {})
 
     # Read all scenes before rendering, so that mistakes are reported at once.
@@ -192,7 +192,7 @@ class _Moved(NamedTuple):
         if np.abs(still.mean).max() < STRAIGHT:
             return self.mean, self.error, valid
         if min(valid.shape) < 2:
-            raise RenderError("the scene without the flow bends rays, too: then pictures need at least 2 × 2 pixels")
+            raise RenderError("the scene without the flow also bends rays: render at least 2 × 2 pixels")
         # Solve with the map from pixels to the straight rays that see the same point. Differences
         # of neighbours give its derivatives.
         known = np.where(valid[..., None], still.mean, np.nan)
@@ -309,7 +309,7 @@ def _quantity(render: Union[Result, Image], name: str) -> Doubles:
         for layer, channel in [(name, "V"), ("", name)]:
             if channel in render.channels.get(layer, []):
                 return np.asarray(render.layers[layer][..., render.channels[layer].index(channel)], float)
-    raise RenderError(f"the render has no {name!r}: use the integrator aov with a wavelength, and files .exr")
+    raise RenderError(f"the render has no {name!r}: use the integrator aov with a wavelength, and write .exr files")
 
 
 def _defined(text: str) -> Tuple[str, str]:

@@ -137,18 +137,18 @@ def pattern(
     if pixel > wavelength / (4 * numerical_aperture):
         raise ValueError(f"pixel must be at most λ/(4 NA), which is {wavelength / (4 * numerical_aperture):.6g}, not {pixel}")
     if checks.whole(channel, "channel", 0) >= records.weight.shape[1]:
-        raise ValueError(f"there are {records.weight.shape[1]} channels, and none has the number {channel}")
+        raise ValueError(f"channel is {channel} but must be below {records.weight.shape[1]}, the number of channels")
     axes = _axes(right, up)
     origin = vectors(center, "center")
     if origin.shape != (3,) or not np.all(np.isfinite(origin)):
-        raise ValueError(f"center must be a place of three finite numbers, not {center!r}")
+        raise ValueError(f"center must be a point of three finite numbers, not {center!r}")
     x, y, off_plane = ((records.position - origin) @ axes.T).T
     toward = records.direction @ axes[2]
     height, width = pixel * shape[0], pixel * shape[1]
     accepted = (toward > 0) & (index**2 * (1 - toward**2) <= numerical_aperture**2) & (np.abs(x) <= width / 2) & (np.abs(y) <= height / 2)
     weight = records.weight[accepted, channel]
     if not weight.sum() > 0:
-        raise ValueError(f"none of {len(records.particle)} records passes within the pattern, in a direction that the lens accepts")
+        raise ValueError(f"none of {len(records.particle)} records passes the pattern in a direction that the lens accepts: check center, shape and numerical_aperture")
     _check_plane(off_plane[accepted][weight > 0], FOCUS * wavelength / numerical_aperture**2)
     amplitude = np.sqrt(weight) * np.exp(2j * np.pi / wavelength * records.optical_length[accepted])
     field = _imaged(amplitude, x[accepted], y[accepted], shape, pixel, numerical_aperture / wavelength)
@@ -164,7 +164,7 @@ def _shape(shape: Any) -> Tuple[int, int]:
     except (TypeError, ValueError):
         raise ValueError(f"shape must be two whole numbers, rows and columns, not {shape!r}") from None
     if min(rows, columns) < 1:
-        raise ValueError(f"shape must have one row and column at least, not {shape}")
+        raise ValueError(f"shape must have at least one row and one column, not {shape}")
     return rows, columns
 
 

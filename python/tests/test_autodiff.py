@@ -146,7 +146,7 @@ def test_torch_refuses_second_derivatives():
     torch = pytest.importorskip("torch")
     index = torch.tensor(INDEX, requires_grad=True)
     (once,) = torch.autograd.grad((rays().torch()(index)[1] ** 2).sum(), index, create_graph=True)
-    with pytest.raises(grad.GradError, match="first derivatives only"):
+    with pytest.raises(grad.GradError, match="only first derivatives"):
         once.sum().backward()
 
 
@@ -225,12 +225,12 @@ def test_torch_names_parameters_that_are_no_numbers(kind):
     ("build", "index", "message"),
     [
         (lens, {"surfaces[0].radius": 1.0}, "has no parameter 'surfaces\\[0\\].radius': it has media"),
-        (lambda values: lens({}), {"media[0]": 1.3}, r"media\[0\] was given as 1.3\d* but is 1.2 in what was built"),
-        (lambda values: 1.3, {"media[0]": 1.3}, "a Field or a System must be built"),
-        (lens, {}, "at least one array by its name"),
-        (lens, INDEX, "at least one array by its name"),
-        (None, {"media[0]": 1.3}, "samples of n are expected, not dict"),
-        (None, lens({}), "samples of n are expected, not System"),
+        (lambda values: lens({}), {"media[0]": 1.3}, r"media\[0\] is 1.3\d* but the result of build has 1.2"),
+        (lambda values: 1.3, {"media[0]": 1.3}, "build must return a Field or a System"),
+        (lens, {}, "with at least one array"),
+        (lens, INDEX, "with at least one array"),
+        (None, {"media[0]": 1.3}, "expected samples of n, not dict"),
+        (None, lens({}), "expected samples of n, not System"),
     ],
 )
 def test_mistakes_about_what_is_built_are_told(jax, build, index, message):
@@ -254,14 +254,14 @@ def test_shapes_that_do_not_fit_are_told(jax, given, message):
         with pytest.raises(grad.GradError, match=message):
             ends(*given)
     unbounded = grad.Rays(ORIGINS, DIRECTIONS, exit=grad.Plane((0, 0, 3), (0, 0, 1)))
-    with pytest.raises(grad.GradError, match="give Rays a box"):
+    with pytest.raises(grad.GradError, match="give Rays the box"):
         jax.jit(unbounded.jax())(INDEX)
 
 
 def test_other_mistakes_are_told_through_jax_where_it_compiles(jax):
-    with pytest.raises(grad.GradError, match="no refractive index > 0"):
+    with pytest.raises(grad.GradError, match="not refractive indices > 0"):
         rays().jax()(-INDEX)
-    with pytest.raises(jax.errors.JaxRuntimeError, match="GradError: .*no refractive index > 0"):
+    with pytest.raises(jax.errors.JaxRuntimeError, match="GradError: .*not refractive indices > 0"):
         jax.block_until_ready(jax.jit(rays().jax())(-INDEX))
 
 
@@ -283,5 +283,5 @@ def test_a_missing_library_is_named(name, monkeypatch):
         raise ImportError(module)
 
     monkeypatch.setattr(importlib, "import_module", missing)
-    with pytest.raises(grad.GradError, match=rf"needs {name}: pip install .*\[{name}\]"):
+    with pytest.raises(grad.GradError, match=rf'needs {name}: run pip install "\.\[{name}\]" in a clone of morgana'):
         getattr(rays(), name)()

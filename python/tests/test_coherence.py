@@ -288,18 +288,18 @@ def test_what_is_wrong_is_said():
         (lambda: coherence.gaussian(1, 3), "the spectrum is 3 wide, more than its wavelength of 1"),
         (lambda: coherence.interferogram([1.0], [1.0], 1.0, source, reference=-1), "reference must be finite and not negative"),
         (lambda: coherence.tabulated([2, 1], [1, 1]), "positive and ascending"),
-        (lambda: coherence.tabulated([1, 2], [1, -1]), "power is finite, not negative"),
-        (lambda: coherence.a_scan(light, [[1.0]], source), "lengths are finite numbers in one row"),
+        (lambda: coherence.tabulated([1, 2], [1, -1]), "power must be finite, not negative"),
+        (lambda: coherence.a_scan(light, [[1.0]], source), "lengths must be finite numbers in one row"),
         (lambda: coherence.interferogram([1.0], [1.0], -1.0, source), "powers must be finite and not negative"),
         (lambda: coherence.a_scan(picture("bounce", max_bounces=1), [1.0], source), "give its film the decomposition 'length' or 'time'"),
         (lambda: coherence.a_scan(picture("length", **wide), [1.0], coherence.gaussian(1, 1)), "take a smaller bin_width"),
         (lambda: coherence.a_scan(picture("length", **wide), [1.0, 5.1], coherence.gaussian(9, 9)), "light of the lengths 0 to 5 only"),
-        (lambda: coherence.interferogram([1.0], [1.0, 2.0], [1.0, 2.0, 3.0], source), "one for each of 2 ways"),
+        (lambda: coherence.interferogram([1.0], [1.0, 2.0], [1.0, 2.0, 3.0], source), "one for each of 2 paths"),
     ]:
         with pytest.raises(ValueError, match=said):
             call()
     for call, said in [
-        (lambda: coherence.a_scan([1.0], [1.0], source), "expected Records, a Result or an Image, found list: take"),
+        (lambda: coherence.a_scan([1.0], [1.0], source), "expected Records, a Result or an Image, found list: give"),
         (lambda: coherence.a_scan(light, ["far"], source), "lengths must be an array of real numbers"),
         (lambda: coherence.interferogram([1.0], [1.0], 1.0, source, reference="a"), "reference must be a number, finite and not negative, not 'a'"),
         (lambda: coherence.gaussian("red", 1), "wavelength must be a number"),

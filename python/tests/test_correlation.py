@@ -302,7 +302,7 @@ def test_what_is_wrong_is_said():
     move = {"tissue": correlation.brownian(1e-7)}
     for call, said in [
         (lambda: correlate(light, [-1.0]), "delays are finite"),
-        (lambda: correlate(light, motions={"bone": correlation.brownian(1)}), "no region is named 'bone'; there are 'tissue'"),
+        (lambda: correlate(light, motions={"bone": correlation.brownian(1)}), "no region 'bone': the records have 'tissue'"),
         (lambda: correlation.correlate(light, [0.0], move, wavelength=0, index=1), "wavelength must be finite and positive"),
         (lambda: correlation.correlate(light, [0.0], move, wavelength=1, index={}), "'tissue' moves, but has no index"),
         (lambda: correlate(light, motions={"tissue": lambda t: -t - 1}), "mean square displacement for each delay"),

@@ -2,6 +2,7 @@
 
 import importlib
 import itertools
+import pickle
 
 import morgana
 import numpy as np
@@ -250,7 +251,7 @@ def test_fields_at_a_wavelength():
     with pytest.raises(morgana.SceneError, match="load_field takes a 'wavelength'"):
         morgana.load_field(glass)
     for wavelength in (0, -500, float("nan"), float("inf")):
-        with pytest.raises(ValueError, match="a wavelength is positive"):
+        with pytest.raises(ValueError, match="a wavelength must be positive"):
             morgana.load_field(glass, wavelength=wavelength)
 
 
@@ -265,7 +266,7 @@ def test_what_no_scene_has_is_refused():
         load({**small(), "ball": {"type": "sphere", "radius": object()}})
     with pytest.raises(TypeError, match="complex|expected a number"):
         load({**small(), "ball": {"type": "sphere", "radius": 1j}})
-    with pytest.raises(TypeError, match="keys of scenes are texts"):
+    with pytest.raises(TypeError, match="keys of scenes must be strings"):
         load({1: 2})
     cycle = small()
     cycle["ball"]["interior"] = cycle
@@ -365,3 +366,16 @@ def test_checks_are_silenced_by_name(recwarn):
         morgana.load_dict(scene, silence="no_emiter")
     with pytest.raises(TypeError, match="silence is"):
         morgana.load_dict(scene, silence=[1])
+
+
+def test_unknown_names_list_the_known_ones():
+    scene = load(small())
+    with pytest.raises(KeyError, match="no field 'lens': there are 'ambient'"):
+        scene.fields["lens"]
+    result = morgana.render(scene, spp=1)
+    with pytest.raises(KeyError, match="no layer 'deflection': the result has no layer"):
+        result.layers["deflection"]
+    with pytest.raises(KeyError, match="no reading 'fluence': the result has no reading"):
+        result.meters["fluence"]
+    assert result.layers.get("deflection") is None and "deflection" not in result.layers
+    assert pickle.loads(pickle.dumps(result)).layers == result.layers

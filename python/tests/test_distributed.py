@@ -151,7 +151,7 @@ def test_what_makes_no_sense_is_refused(tmp_path):
         for options, why in [({"spp": 0}, "spp is 0"), ({"shards": 0}, "shards is 0"), ({"particles": 9}, "particles is for")]:
             with pytest.raises(morgana.RenderError, match=why):
                 shared(small(), pool, **options)
-        with pytest.raises(morgana.RenderError, match="has its parameters already"):
+        with pytest.raises(morgana.RenderError, match="has fixed parameters"):
             shared(load(small()), pool, parameters={"density": 1})
         with pytest.raises(morgana.SceneError):
             shared({"type": "scene", "ball": {"type": "sphere", "radius": -1}}, pool)

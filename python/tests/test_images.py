@@ -65,7 +65,7 @@ def test_files_of_readings_are_those_of_the_program(program, tmp_path):
 def test_messages_say_what_reads_files_of_meters(tmp_path, end):
     with pytest.raises(morgana.FileError, match="images are read from .exr, .png, .jpg and .npy") as caught:
         morgana.read(tmp_path / f"readings.{end}")
-    assert ("is for morgana.Reading.load and morgana.Records.load, which read .npz and .h5 files" in str(caught.value)) == (end != "txt")
+    assert ("by morgana.Reading.load and morgana.Records.load" in str(caught.value)) == (end != "txt")
 
 
 @pytest.mark.parametrize("shape", [(5, 7), (5, 7, 3), (5, 7, 2)])

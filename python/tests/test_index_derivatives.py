@@ -77,7 +77,7 @@ def test_scenes_whose_light_jumps_are_refused():
     cube["ball"] = {**cube["ball"], "type": "cube", "bsdf": {"type": "dielectric"}}
     refused("'ball' is not", cube)
     refused("the index has no parameter 'height': there are n0, delta, center, width", foggy(), names=["fog.ior.height"])
-    refused("the same everywhere, so that rays would step over", foggy({**BUMP, "delta": 0.0}))
+    refused("is constant, so rays would step over", foggy({**BUMP, "delta": 0.0}))
     refused("no medium 'mist'", foggy(), names=["mist.ior"])
     refused("listed twice", foggy(), names=["fog.ior", "fog.ior"])
     refused("at least two samples", foggy(), spp=1)

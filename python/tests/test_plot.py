@@ -227,7 +227,7 @@ def test_wrong_requests_say_what_there_is(picture, fluence, ax):
     for message, draw in {
         "no channel 'X'; there are R, G, B": lambda: plot.image(picture, channel="X"),
         "no layer 'length'; there are length.0000": lambda: plot.image(picture, layer="length"),
-        "errors are not known": lambda: plot.image(picture.image, show="error"),
+        "errors are unknown": lambda: plot.image(picture.image, show="error"),
         "show is 'variance'": lambda: plot.image(picture, show="variance"),
         "expected an image": lambda: plot.image(np.zeros(3)),
         "have no layers": lambda: plot.profile(fluence, "x", layer="a", y=0, z=0),
@@ -240,7 +240,7 @@ def test_wrong_requests_say_what_there_is(picture, fluence, ax):
         "no bins of length or time": lambda: plot.histogram(morgana.Image({"": picture.image}, {"": list("RGB")}, {})),
         "no axis 'opl'": lambda: plot.histogram(fluence),
         r"x=\(from, to\)": lambda: plot.field(field, "xy", y=(0, 1)),
-        "no axis of space": lambda: plot.field(field, "xy", x=(0, 1), y=(0, 1), r=1),
+        "must be x, y or z": lambda: plot.field(field, "xy", x=(0, 1), y=(0, 1), r=1),
         "takes one value": lambda: plot.field(field, "xy", x=(0, 1), y=(0, 1), z=(0, 1)),
         "two of x, y, z": lambda: plot.spots(np.zeros((1, 3)), "xr"),
         "only z": lambda: plot.spots(np.zeros((1, 3)), "xy", x=1),
@@ -255,5 +255,5 @@ def test_without_matplotlib_the_message_says_what_to_install(monkeypatch):
     for name in [n for n in sys.modules if n.startswith("morgana.plot")]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    with pytest.raises(ImportError, match=r'pip install "morgana-render\[plot\]"'):
+    with pytest.raises(ImportError, match=r'pip install "\.\[plot\]" in a clone'):
         importlib.import_module("morgana.plot")

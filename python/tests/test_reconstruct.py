@@ -219,10 +219,10 @@ def test_an_interrupted_search_continues(tmp_path):
     assert {now.shape for now in told} == {(16, 16, 16)} and len(found.history) > len(told)
     assert found.stopped == "noise" and error(found.samples, true) < 0.05
     assert reconstruct.fit(rays, true.shape, **data, progress=told.clear) == found
-    with pytest.raises(reconstruct.ReconstructionError, match="of other rays, data or options"):
+    with pytest.raises(reconstruct.ReconstructionError, match="belongs to other rays, data or options"):
         reconstruct.fit(rays, true.shape, **data, lower=1.0)
     (tmp_path / "jet.npz").write_bytes(b"no checkpoint")
-    with pytest.raises(reconstruct.ReconstructionError, match="is no checkpoint"):
+    with pytest.raises(reconstruct.ReconstructionError, match="is not a checkpoint"):
         reconstruct.fit(rays, true.shape, **data)
 
 
@@ -244,15 +244,15 @@ def test_damaged_checkpoints_are_told(tmp_path):
             # Some bytes, such as the time of writing, do not matter.
             assert small_search(file) == found
         except reconstruct.ReconstructionError as error:
-            assert "jet.npz is no checkpoint of a reconstruction: " in str(error)
+            assert "jet.npz is not a checkpoint of a reconstruction: " in str(error)
             told += 1
     assert told > 50
     for damaged in (b"", whole[: len(whole) // 2], whole[:-1]):
         file.write_bytes(damaged)
-        with pytest.raises(reconstruct.ReconstructionError, match="jet.npz is no checkpoint of a reconstruction"):
+        with pytest.raises(reconstruct.ReconstructionError, match="jet.npz is not a checkpoint of a reconstruction"):
             small_search(file)
     np.save(tmp_path / "samples.npy", np.zeros(3))
-    with pytest.raises(reconstruct.ReconstructionError, match="samples.npy is no checkpoint of a reconstruction"):
+    with pytest.raises(reconstruct.ReconstructionError, match="samples.npy is not a checkpoint of a reconstruction"):
         small_search(tmp_path / "samples.npy")
 
 

@@ -51,7 +51,7 @@ def test_other_absorption(measured):
     out, into = (clear.power(clear.side == side) for side in (0, 1))
     assert abs(out.mean[0] - into.mean[0]) < 4 * out.error[0]
     assert out.error[0] < 0.1
-    with pytest.raises(ValueError, match="no region is named 'label 3'; there are .*'tissue: label 2'"):
+    with pytest.raises(ValueError, match="no region 'label 3': the records have .*'tissue: label 2'"):
         records.rescaled({"label 3": 0})
     with pytest.raises(ValueError, match="must be finite and not negative"):
         records.rescaled({"tissue: label 1": -1})
@@ -64,7 +64,7 @@ def test_where_is_a_mask(measured):
     for call in (records.power, lambda where: records.jacobian(where=where)):
         with pytest.raises(ValueError, match="'where' must be an array of True and False, one for each record, not of type int64"):
             call(np.argsort(records.optical_length))
-        with pytest.raises(ValueError, match=r"of each of \d+ records whether it counts, but has the shape \(3,\)"):
+        with pytest.raises(ValueError, match=r"for each of \d+ records, but has the shape \(3,\)"):
             call([True, False, True])
 
 
@@ -86,10 +86,10 @@ def test_all_that_is_made_of_records_takes_a_mask(measured):
         assert found != call(tagged)
         for ours, theirs in zip(found, zeroed):
             np.testing.assert_allclose(ours, theirs, rtol=1e-9)
-        with pytest.raises(ValueError, match=r"of each of \d+ records whether it counts"):
+        with pytest.raises(ValueError, match=r"for each of \d+ records"):
             call(tagged, where=leaving[1:])
     film = morgana.Image({"": np.ones((1, 1, 1), np.float32)}, {"": ["Y"]}, {})
-    with pytest.raises(ValueError, match="'where' chooses among records"):
+    with pytest.raises(ValueError, match="'where' selects records"):
         coherence.a_scan(film, [6.0], coherence.gaussian(0.5, 0.1), where=leaving)
 
 
@@ -131,7 +131,7 @@ def test_files_keep_records(measured, tmp_path, end):
     path = tmp_path / f"skin.{end}"
     measured.write(path)
     assert morgana.Records.load(path) == measured.records["skin"]
-    with pytest.raises(morgana.FileError, match=r"records are those of \['skin'\], not of 'hair'"):
+    with pytest.raises(morgana.FileError, match=r"no records of 'hair': the file has records of \['skin'\]"):
         morgana.Records.load(path, "hair")
 
 
@@ -140,14 +140,14 @@ def test_files_keep_readings(measured, tmp_path):
         measured.write(tmp_path / f"skin.{end}")
         for name, reading in measured.meters.items():
             assert morgana.Reading.load(tmp_path / f"skin.{end}", name) == reading
-    with pytest.raises(morgana.FileError, match="skin.npz: readings are irradiance, optical_moment, power, not 'fluence'"):
+    with pytest.raises(morgana.FileError, match="skin.npz: no reading 'fluence': the file has irradiance, optical_moment, power"):
         morgana.Reading.load(tmp_path / "skin.npz", "fluence")
     two = scene(min_bound=0, max_bound=40, bin_width=10), scene(records=False)
     measured = [morgana.render(of, particles=64, seed=4) for of in two]
     measured[0].write(tmp_path / "gates.npz")
     assert morgana.Reading.load(tmp_path / "gates.npz", "binned_power") == measured[0].meters["binned_power"]
     measured[1].write(tmp_path / "none.npz")
-    with pytest.raises(morgana.FileError, match="no meter has kept records: set 'records' of an irradiancemeter"):
+    with pytest.raises(morgana.FileError, match="the file has no records: set 'records' of an irradiancemeter"):
         morgana.Records.load(tmp_path / "none.npz")
 
 
@@ -162,7 +162,7 @@ def test_other_files_say_what_to_do(measured, tmp_path):
     np.savez(tmp_path / "metadata.npz", metadata="[]")
     (tmp_path / "text.npz").write_text("no archive")
     for name, said in [
-        ("array.npy", "not a readings file: write all that meters have read to an .npz or .h5 file"),
+        ("array.npy", "not a readings file: read all readings of one render, which morgana render wrote to an .npz or .h5 file"),
         ("damaged.npz", "the array 'emitted': "),
         ("half.npz", "this archive of arrays"),
         ("metadata.npz", "files without arrays of numbers"),

@@ -82,7 +82,7 @@ def test_meters_are_those_of_the_program(program, tmp_path):
     assert result.emitted[0] == pytest.approx(4 * np.pi)
     shares = [share["mean"] for name, share in result.balance.items() if name != "emitted"]
     assert sum(shares) == pytest.approx(result.balance["emitted"], rel=1e-9)
-    with pytest.raises(morgana.RenderError, match="meters in place of a camera"):
+    with pytest.raises(morgana.RenderError, match="meters instead of a camera"):
         result.image
 
 

@@ -139,13 +139,13 @@ def test_files_of_a_pair(tmp_path):
 
 @pytest.mark.filterwarnings("ignore::morgana.SceneWarning")
 def test_mistakes_of_a_pair_are_named(tmp_path):
-    with pytest.raises(morgana.RenderError, match="still names no parameter"):
+    with pytest.raises(morgana.RenderError, match="still is empty"):
         schlieren.bos(slab(), still={})
     with pytest.raises(morgana.SceneError, match="strength"):
         schlieren.bos(slab(), still={"strength": 0})
     with pytest.raises(morgana.RenderError, match="rays is 1 but must be at least 2"):
         schlieren.bos(slab(), still={"slope": 0}, rays=1)
-    with pytest.raises(TypeError, match="a Scene has its parameters already: bos takes a file or a dictionary"):
+    with pytest.raises(TypeError, match="a Scene has fixed parameters: give bos a file or a dictionary"):
         schlieren.bos(morgana.load_dict(slab()))
 
 
@@ -229,5 +229,5 @@ def test_fringes_of_files_are_those_of_renders(integrator, tmp_path):
     read = morgana.read(tmp_path / "waves.exr")
     np.testing.assert_array_equal(schlieren.fringes(read, carrier=(3, 0)), schlieren.fringes(result, carrier=(3, 0)))
     # NumPy arrays have no channel names.
-    with pytest.raises(morgana.RenderError, match="the render has no 'waves': use the integrator aov with a wavelength, and files .exr"):
+    with pytest.raises(morgana.RenderError, match="the render has no 'waves': use the integrator aov with a wavelength, and write .exr files"):
         schlieren.fringes(morgana.read(tmp_path / "waves.npy"))

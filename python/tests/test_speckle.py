@@ -111,7 +111,7 @@ def test_the_lens_accepts_its_cone_on_its_side():
         ({"shape": (8.5, 8)}, "two whole numbers"),
         ({"shape": (8, 8, 8)}, "two whole numbers"),
         ({"center": (0, 0, -3)}, "center must be in the plane of the records, but is 3 away"),
-        ({"channel": 1}, "1 channels"),
+        ({"channel": 1}, "channel is 1 but must be below 1"),
     ],
 )
 def test_bad_input_is_refused(wrong, says):

@@ -68,7 +68,7 @@ def test_large_phases_take_no_longer():
     delayed = correlation.correlate_tagged(light, [0.0, 5e-7], wavelength=WAVELENGTH, frequency=1e6)
     assert delayed.normalized[0, 0] == pytest.approx(1) and abs(delayed.normalized[1, 0]) < 1e-3
     for wavelength in (1e-30, 5e-324):
-        with pytest.raises(ValueError, match="phases by up to .* radians, of which no number knows the angle: give the wavelength in scene units"):
+        with pytest.raises(ValueError, match="phases by up to .* radians, which is too much to compute: give the wavelength in scene units"):
             correlation.tagged(light, wavelength=wavelength)
 
 
@@ -142,9 +142,9 @@ def test_files_keep_modulations(tmp_path):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"elasto_optic": None}, "how far the sound in medium 'fog' moves"),
+        ({"elasto_optic": None}, "the displacement of scatterers by the sound in medium 'fog'"),
         ({"elasto_optic": -0.3}, "elasto_optic"),
-        ({"sampler": {"type": "independent", "bending": False, "phases": 4}}, "leave 'phases' out"),
+        ({"sampler": {"type": "independent", "bending": False, "phases": 4}}, "leave out 'phases'"),
     ],
 )
 def test_scenes_must_say_what_sound_does(changes, message):
@@ -172,7 +172,7 @@ def test_readings_have_sidebands(tmp_path):
     depth = correlation.modulation_depth(sidebands)
     np.testing.assert_allclose(depth.mean, sidebands.mean[1] / sidebands.mean[0])
     assert np.all(depth.error >= sidebands.error[1] / sidebands.mean[0])
-    with pytest.raises(ValueError, match="not told apart by sidebands"):
+    with pytest.raises(ValueError, match="has no sidebands up to the first"):
         correlation.modulation_depth(fluence)
     measured.write(tmp_path / "cells.npz")
     np.testing.assert_array_equal(correlation.modulation_depth(morgana.Reading.load(tmp_path / "cells.npz", "fluence_sidebands")), depth)
@@ -231,7 +231,7 @@ def test_tagged_meters_need_sound_and_records():
         load(silent)
     without = scene()
     without["ball"]["meter"]["records"] = False
-    with pytest.raises(morgana.SceneError, match="set 'records' to true"):
+    with pytest.raises(morgana.SceneError, match="'records' set to true"):
         load(without)
 
 
@@ -243,7 +243,7 @@ def test_mistakes_are_named():
         correlation.tagged(light, wavelength=WAVELENGTH, orders=0)
     with pytest.raises(ValueError, match="set 'tagged'"):
         correlation.tagged(light._replace(index_modulation=None), wavelength=WAVELENGTH)
-    with pytest.raises(ValueError, match="1 records is not known"):
+    with pytest.raises(ValueError, match="1 records is unknown"):
         correlation.tagged(light._replace(index_modulation=np.array([np.nan + 0j])), wavelength=WAVELENGTH)
     with pytest.raises(ValueError, match="'where'"):
         correlation.tagged(light, wavelength=WAVELENGTH, where=[True, False])

@@ -1,4 +1,4 @@
-"""Figures by Matplotlib: ``pip install "morgana-render[plot]"``.
+"""Figures by Matplotlib: ``pip install ".[plot]"`` in a clone of morgana.
 
     >>> from morgana import plot
     >>> plot.image(result, log=True)
@@ -12,10 +12,12 @@ artist. The artist's ``axes`` and ``figure`` contain it. Names of coordinates (`
 ``unit`` is the name of the scene's unit of length, such as ``"mm"``, for labels.
 """
 
+from .._extras import advice as _advice
+
 try:
     import matplotlib as _matplotlib  # noqa: F401
 except ImportError as missing:
-    raise ImportError('morgana.plot draws by Matplotlib: pip install "morgana-render[plot]"') from missing
+    raise ImportError(f"morgana.plot needs Matplotlib: {_advice('plot')}") from missing
 
 from ._curves import histogram, profile
 from ._maps import field, image, slice

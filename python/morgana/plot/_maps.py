@@ -188,7 +188,7 @@ def field(
     >>> plot.rays(rays, "zx", ax=plot.field(index, "zx", z=(0, 30), x=(-2, 2), reference=1.33).axes)
     """
     if not isinstance(index, Field):
-        raise PlotError(f"expected a Field, found {type(index).__name__}: a scene's are in Scene.fields")
+        raise PlotError(f"expected a Field, found {type(index).__name__}: give a field of Scene.fields")
     if resolution < 1:
         raise PlotError(f"resolution is {resolution} but must be at least 1")
     right, up = _plane(plane)
@@ -219,10 +219,10 @@ def _shown(of: Table, show: str) -> Doubles:
         raise PlotError(f"show is {show!r} but must be 'mean', 'error', 'relative error' or 'few'")
     if show == "few":
         if of.few is None:
-            raise PlotError("which errors cannot be trusted is not known")
+            raise PlotError("the data do not state which errors are unreliable: give a picture or a reading by morgana")
         return of.few.astype(float)
     if of.error is None:
-        raise PlotError("errors are not known: take more samples, or a picture with its variance")
+        raise PlotError("the errors are unknown: use more samples, or a picture with its variance")
     if show == "error":
         return of.error
     # Set the relative error to NaN where no light arrived.
@@ -241,7 +241,7 @@ def _title(name: str, of_unit: str, unit: Optional[str], show: str) -> str:
 def _scale(values: Doubles, log: bool, limits: Limits) -> Normalize:
     if limits is not None:
         if np.shape(limits) != (2,):
-            raise PlotError(f"limits is {limits!r} but must be two values: those of the first and the last colour")
+            raise PlotError(f"limits is {limits!r} but must be two values, for the first and the last colour")
         return LogNorm(*limits) if log else Normalize(*limits)
     finite = values[np.isfinite(values) & (values > 0)] if log else values[np.isfinite(values)]
     if not finite.size:
@@ -282,7 +282,7 @@ def _points(right: str, up: str, edges: Tuple[Doubles, Doubles], where: Dict[str
     """Returns the centres of cells, (up, right, 3)."""
     for axis in (*where, right, up):
         if axis not in ("x", "y", "z"):
-            raise PlotError(f"{axis!r} is no axis of space: x, y, z")
+            raise PlotError(f"axis is {axis!r} but must be x, y or z")
     across, upwards = ((e[1:] + e[:-1]) / 2 for e in edges)
     third = where.get(({"x", "y", "z"} - {right, up}).pop(), 0.0)
     if isinstance(third, tuple):

@@ -1,0 +1,6 @@
+"""Optional packages."""
+
+
+def advice(extra: str) -> str:
+    """Returns how to install the packages of an extra of pyproject.toml."""
+    return f'run pip install ".[{extra}]" in a clone of morgana'
