@@ -25,7 +25,7 @@ pub enum Problem {
     Read(#[source] io::Error),
     /// The file is a Git LFS pointer to a file that has not been fetched.
     #[error(
-        "a pointer of Git LFS, not the file itself: run `git lfs pull` where the files come from"
+        "a pointer of Git LFS instead of the file: run `git lfs pull` in the repository of the file"
     )]
     LfsPointer,
     /// The object is not a regular file, and may be infinite.
@@ -35,7 +35,7 @@ pub enum Problem {
     #[error("cannot write: {0}")]
     Write(#[source] io::Error),
     /// The target exists, and must not be replaced.
-    #[error("cannot write: it exists and is not a regular file")]
+    #[error("cannot write: it exists, but is not a regular file")]
     NotAFile,
     /// The content is not of the expected format.
     #[error("not a {format} file: {reason}")]

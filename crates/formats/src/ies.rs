@@ -54,7 +54,8 @@ pub fn parse(bytes: &[u8]) -> Result<Photometry, Problem> {
         "NONE" => {}
         "INCLUDE" => numbers.pass_tilt()?,
         file => {
-            let message = format!("TILT={file}: a tilt in another file");
+            let message =
+                format!("TILT={file}, a tilt in another file: include it, or use TILT=NONE");
             return Err(Problem::Unsupported(message));
         }
     }
@@ -105,7 +106,7 @@ impl<'t, I: Iterator<Item = &'t str>> Numbers<I> {
         let vertical = self.count(size, "number of vertical angles")?;
         let horizontal = self.count(size, "number of horizontal angles")?;
         if self.next("type of photometry")? != 1.0 {
-            let message = "photometry of type A or B; type C is read";
+            let message = "photometry of type A or B: convert it to type C";
             return Err(Problem::Unsupported(message.into()));
         }
         self.many(4, "unit and size of the luminaire")?;

@@ -67,7 +67,7 @@ impl Limits {
             needed => {
                 let [needed, most] = beyond(needed.unwrap_or(u64::MAX), most);
                 Err(Problem::TooLarge(format!(
-                    "it takes {needed} of memory once it is read, more than the limit of {most} (--memory)"
+                    "it needs {needed} of memory, more than the limit of {most}: raise --memory"
                 )))
             }
         }
@@ -115,7 +115,7 @@ fn available(needed: u64) -> Result<(), Problem> {
     match reserved {
         Ok(Ok(())) => Ok(()),
         _ => Err(Problem::TooLarge(format!(
-            "it takes {} of memory once it is read, which this system does not have",
+            "it needs {} of memory, more than this system has",
             bytes(needed)
         ))),
     }

@@ -57,7 +57,7 @@ pub fn parse(bytes: &[u8]) -> Result<Pairs, (Option<usize>, Problem)> {
         pairs.push(pair);
     }
     if pairs.len() < 2 {
-        let message = "a spectrum needs two wavelengths at least".to_owned();
+        let message = "a spectrum needs at least two wavelengths".to_owned();
         return Err((None, Problem::Malformed(message)));
     }
     Ok(pairs)

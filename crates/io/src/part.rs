@@ -74,7 +74,7 @@ pub enum Body {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Foreign {
     /// Different versions of the program.
-    #[error("it is of version {0}, not {1}")]
+    #[error("version {0} of morgana made it, but this is version {1}")]
     Version(String, String),
     /// Different builds.
     #[error(
@@ -84,14 +84,14 @@ pub enum Foreign {
     Results(String, String, String),
     /// Different scenes.
     #[error(
-        "it is of another scene: the description or a file that it uses has changed (hash {0}, not {1})"
+        "its scene is different: the scene or one of its data files has changed (hash {0}, not {1})"
     )]
     Scene(String, String),
     /// Different settings: name and both values.
     #[error("it was rendered with {0} = {1}, not {2}")]
     Setting(String, String, String),
     /// Different totals.
-    #[error("it is of a render of {0} samples, not {1}")]
+    #[error("its render has {0} samples, not {1}")]
     Total(String, String),
     /// Contents that cannot be merged.
     #[error("{0}")]

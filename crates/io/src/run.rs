@@ -59,7 +59,7 @@ pub enum Refusal {
     #[error("images of strategies (--strategies) need the integrator bdpt or particle, not {0}")]
     OneStrategy(&'static str),
     /// Nothing ends the run.
-    #[error("nothing ends the run: give it a number of samples, or of particles, or a time")]
+    #[error("nothing ends the run: give a number of samples or particles, or a time")]
     NoEnd,
     /// The whole has no part with this index.
     #[error("there is no part {index} of {count}: parts are counted from 0")]

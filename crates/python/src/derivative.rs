@@ -45,7 +45,7 @@ impl By {
         let run = limits.run_by(loaded, self.integrator.as_deref())?;
         run.renderer.integrator().copied().ok_or_else(|| {
             errors::render(format!(
-                "derivatives are those of light, not of {}: take integrator=\"path\"",
+                "derivatives exist only for light, not for {}: use integrator=\"path\"",
                 run.renderer.name()
             ))
         })
@@ -257,7 +257,7 @@ impl Given {
         let pressure = instrument.gruneisen.map(|gruneisen| Given {
             reading: Instrument::ABSORBED,
             factor: gruneisen.factor(),
-            per_emitted: Some("the pressure p0, that of a pulse of a given energy, has"),
+            per_emitted: Some("the pressure p0, which a pulse of given energy causes, has"),
         });
         measured.chain(pressure)
     }
@@ -319,8 +319,7 @@ pub(crate) fn path(loaded: &Loaded) -> PyResult<PathTracer> {
             })
         }
         _ => Err(errors::render(format!(
-            "derivatives by an index are those of light without blur, by the paths of the integrator path, not of {}: load the scene with \
-             integrator=\"path\"",
+            "derivatives by an index need light without blur, from the integrator path, not {}: load the scene with integrator=\"path\"",
             loaded.renderer.name()
         ))),
     }
@@ -389,7 +388,7 @@ pub(crate) fn only<'a>(
     let all = names.clone();
     let count = all.clone().filter(|known| *known == name).count();
     if count > 1 {
-        let message = format!("{count} {what}s are called '{name}': give them ids of their own");
+        let message = format!("{count} {what}s have the name '{name}': give each its own id");
         return Err(errors::render(message));
     }
     names.position(|known| known == name).ok_or_else(|| {

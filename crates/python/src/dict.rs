@@ -73,8 +73,7 @@ impl Reader {
         }
         if self.repeated > MOST_REPEATED {
             let message = format!(
-                "{place} is one of more than {MOST_REPEATED} copies: dictionaries or lists hold one another more than \
-                 once at many levels"
+                "{place} is one of more than {MOST_REPEATED} copies: dictionaries or lists contain each other repeatedly, at many levels"
             );
             return Err(PyValueError::new_err(message));
         }
@@ -112,7 +111,7 @@ fn entries<'py>(
     for (key, value) in dict {
         let key: String = key.extract().map_err(|_| {
             PyTypeError::new_err(format!(
-                "{place} has the key {key}: keys of scenes are texts"
+                "{place} has the key {key}: keys of scenes must be strings"
             ))
         })?;
         let place = format!("{place}[{key:?}]");

@@ -67,7 +67,7 @@ pub fn refusal(refusal: &Refusal) -> PyErr {
 /// Makes an exception for a result that cannot be pickled or unpickled.
 pub fn unpickled(problem: &Problem) -> PyErr {
     render(format!(
-        "a pickled result is {problem}: pickles are for processes of one version of morgana, write results to files instead"
+        "the pickled result is {problem}: use pickles only between processes of one version of morgana, and files for storage"
     ))
 }
 

@@ -52,7 +52,7 @@ pub fn refuse_masked(values: &Bound<'_, PyAny>, what: &str) -> PyResult<()> {
     let masked = values.py().import("numpy.ma")?;
     if masked.call_method1("is_masked", (values,))?.is_truthy()? {
         let message = format!(
-            "{what} is a masked array, of which the hidden elements would count: fill them first, as in \
+            "{what} is a masked array: fill its masked elements first, as in \
              numpy.ma.filled(array, 0.0)"
         );
         return Err(PyValueError::new_err(message));

@@ -97,7 +97,7 @@ impl Parts {
             .agrees(&run.header())
             .map_err(|e| misfit(e.to_string()))?;
         if !run.fits(&part.body) {
-            return Err(misfit("their contents are others".into()));
+            return Err(misfit("their contents do not fit it".into()));
         }
         let record = RunRecord {
             renderer: run.renderer,

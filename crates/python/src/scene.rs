@@ -271,7 +271,7 @@ impl Scene {
     /// If several media have a name, a number is appended to it, as in ``fog_2``. ``ambient`` is
     /// the medium around everything.
     #[getter]
-    fn fields<'py>(slf: Py<Self>, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    fn fields<'py>(slf: Py<Self>, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let fields = PyDict::new(py);
         for (i, medium) in slf.get().loaded.scene().media().iter().enumerate() {
             let mut name = medium.name.clone();
@@ -283,7 +283,8 @@ impl Scene {
             }
             fields.set_item(&name, Field::of_medium(slf.clone_ref(py), i, name.clone()))?;
         }
-        Ok(fields)
+        let named = py.import("morgana._values")?.getattr("Named")?;
+        named.call1(("field", fields))
     }
 
     fn __repr__(&self) -> String {

@@ -50,7 +50,7 @@ impl<T> TryFrom<Stored<T>> for Sparse<T> {
             block.as_ref().is_none_or(|block| block.len() == size)
         };
         if blocks.len() != len.div_ceil(Self::BLOCK) || !blocks.iter().enumerate().all(fits) {
-            return Err("blocks of another length than that of the vector");
+            return Err("the lengths of the blocks and the vector differ");
         }
         Ok(Sparse { blocks, len, rest })
     }

@@ -373,7 +373,7 @@ fn describe(error: Error) -> Problem {
         // Report a damaged file: the decoder seeks to a position outside it.
         Error::Io(error) if error.kind() == ErrorKind::InvalidInput => Problem::WrongFormat {
             format: "EXR",
-            reason: "the file is damaged: its table says that pixels lie outside of it".into(),
+            reason: "the file is damaged: its table refers to pixels outside of it".into(),
         },
         Error::Io(error) => Problem::Read(error),
         Error::NotSupported(what) => Problem::Unsupported(what.into_owned()),

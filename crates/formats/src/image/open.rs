@@ -41,8 +41,7 @@ impl ImageLayers {
             Some("jpg" | "jpeg") => Ok(colours(&RgbImage::read_within(path, limits)?)),
             Some("npy") => from_array(npy::read(path)?).map_err(|problem| problem.at(path)),
             Some("tif" | "tiff") => {
-                let message = "TIFF images, which do not say how their values are encoded: convert the file to \
-                               .exr or .npy with linear values, or to .png with those of sRGB";
+                let message = "TIFF images, which do not state the encoding of their values: convert the file to .exr or .npy with linear values, or to .png with sRGB values";
                 Err(Problem::Unsupported(message.into()).at(path))
             }
             _ => {
@@ -131,10 +130,10 @@ impl ImageLayers {
                 names.join(", ")
             )
         } else if names.is_empty() {
-            format!("the image has no layer '{layer}', only itself")
+            format!("no layer '{layer}': the image has no layers")
         } else {
             format!(
-                "the image has no layer '{layer}'; there are {}",
+                "no layer '{layer}': the image has the layers {}",
                 names.join(", ")
             )
         }

@@ -41,8 +41,7 @@ impl<'a> Options<'a> {
 
     /// Returns the order of axes, which must be given.
     pub(super) fn axes(&self) -> Result<AxisOrder, Problem> {
-        let message = "it does not say which axis is which: give the order of its axes (--axes, or axis_order in \
-                       a scene), zyx if the last index runs along x, xyz if the first does";
+        let message = "it does not state the order of its axes: give the order of its axes (--axes, or axis_order in a scene), zyx if the last index runs along x, xyz if the first index does";
         self.axes.ok_or(Problem::Unsaid(message.into()))
     }
 }

@@ -243,7 +243,7 @@ impl Arrays {
             .iter()
             .all(|array| array.name != readings::EMITTED)
         {
-            let reason = "write all that meters have read to an .npz or .h5 file".into();
+            let reason = "read all readings of one render, which morgana render wrote to an .npz or .h5 file".into();
             let format = "readings";
             return Err(Problem::WrongFormat { format, reason }.at(path));
         }

@@ -48,7 +48,7 @@ fn metadata(arrays: &Arrays) -> String {
 /// Returns an error if the file is not an NPZ archive, or if its members overlap.
 pub(super) fn read(path: &Path, limits: Limits) -> Result<Read, Problem> {
     let (file, size) = input::open(path).map_err(|error| error.problem)?;
-    let mut archive = ZipArchive::new(file).map_err(foreign)?;
+    let mut archive = ZipArchive::new(file).map_err(not_an_archive)?;
     refuse_overlaps(&mut archive, size)?;
     let mut names: Vec<String> = (archive.file_names().filter_map(Result::ok))
         .filter_map(|name| name.strip_suffix(".npy").map(str::to_owned))
@@ -74,6 +74,13 @@ pub(super) fn read(path: &Path, limits: Limits) -> Result<Read, Problem> {
     let attributes = attributes.filter(|(name, _)| *name != "arrays");
     read.attributes = attributes.map(|(n, v)| (n.clone(), v.clone())).collect();
     Ok(read)
+}
+
+fn not_an_archive(reason: ZipError) -> Problem {
+    Problem::WrongFormat {
+        format: "NPZ",
+        reason: format!("it is not a readable archive ({reason})"),
+    }
 }
 
 fn foreign(reason: impl std::fmt::Display) -> Problem {

@@ -111,13 +111,13 @@ impl Pixels {
         }
         if role == Role::Reflectance && self.largest * factor.min(1.0) > 1.0 + ROUNDING {
             let message = format!(
-                "{name}: {} of {} pixels exceed 1, up to {}; a share of light lies in [0, 1]",
+                "{name}: {} of {} pixels exceed 1, up to {}; a fraction of light must lie in [0, 1]",
                 self.above,
                 self.count,
                 Shown::rounded(self.largest)
             );
             let help = format!(
-                "put it into a texture 'scale' of {} or less",
+                "nest it in a texture 'scale' with a scale of at most {}",
                 Shown::rounded(1.0 / self.largest)
             );
             return Err(Diagnostic::error(message).help(help));
@@ -163,13 +163,12 @@ impl Pixels {
                     .unwrap_or(100.0 * share),
             );
             let message = format!("{found}: clipped to 0, which adds {percent} % to its light");
-            let help = "pictures by the filters 'lanczos', 'mitchell' and 'catmullrom' have such pixels, those by \
-                        'gaussian' have none";
+            let help = "the filters 'lanczos', 'mitchell' and 'catmullrom' make negative pixels: render the image with 'gaussian'";
             return Ok(lints::warning(lints::CLIPPED_VALUES, message).help(help.to_owned()));
         }
         let help = match role {
             Role::Emission => {
-                "less than a tenth of an image's light may be negative: is it one of differences, or of logarithms?"
+                "at most a tenth of an image's light may be negative: an image of differences or logarithms is not light"
             }
             _ => "clip the values in the file at 0",
         };

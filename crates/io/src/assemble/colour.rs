@@ -34,7 +34,7 @@ pub(super) fn seen(value: &SpectrumValue, role: Role) -> Result<Seen, String> {
         }
         SpectrumValue::Rgb(rgb) => return plain(in_role(*rgb, role)),
         SpectrumValue::Sampled(pairs) if pairs.len() < 2 => {
-            return Err("a list of one wavelength has no colour; list two at least".to_owned());
+            return Err("a list of one wavelength has no colour: list at least two".to_owned());
         }
         SpectrumValue::Sampled(_) | SpectrumValue::Blackbody { .. } | SpectrumValue::File(_) => {
             let light = |nm| {

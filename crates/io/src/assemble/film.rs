@@ -174,7 +174,7 @@ fn layering(q: &mut Query) -> Layering {
     let has = |word| words.contains(&word);
     let (by_length, by_time) = (has("length") || has("transient"), has("time"));
     if by_time && by_length {
-        let message = "length and time are one: time is length over 'speed_of_light'";
+        let message = "give length or time, not both: time is length over 'speed_of_light'";
         q.error("decomposition", message);
     }
     if by_time {

@@ -243,7 +243,8 @@ pub(super) fn build(
     if let (true, Some(object), Some(name)) = (squared, object, name.as_deref())
         && quantities.has(name)
     {
-        let message = format!("an integrator and a quantity of it are both called '{name}'");
+        let message =
+            format!("an integrator and one of its quantities both have the name '{name}'");
         context.error_at(&object.location, message);
     }
     Method {
@@ -277,7 +278,7 @@ pub(super) fn of_parts(kind: Kind, parts: Option<LightParts>) -> Result<Kind, St
             let known = KNOWN.iter().find(|(_, known)| *known == kind);
             let name = known.map_or("this integrator", |(name, _)| name);
             Err(format!(
-                "'{}' cannot hold '{name}': only 'path', 'direct', 'particle' and 'bdpt' follow {}",
+                "'{}' cannot contain '{name}': only 'path', 'direct', 'particle' and 'bdpt' follow {}",
                 parts.facts().integrator,
                 parts.facts().quantity
             ))

@@ -36,18 +36,17 @@ pub(super) fn build(
 ) -> Option<(SensorParts, Vec<Instrument>)> {
     // Reject a camera beside meters, and warn about an unsuitable integrator.
     if let [camera, ..] = cameras {
-        let message = "the scene has meters and a camera; it can be rendered or measured, not both";
+        let message = "the scene has meters and a camera: remove one of them, because a scene is either rendered or measured";
         context.error_at(&camera.location, message);
     }
     if let Some(object) = integrator.filter(|o| !["particle", "ptracer"].contains(&&*o.plugin)) {
         let message = format!(
-            "meters follow particles from the emitters: of integrator '{}' they take max_depth, rr_depth \
-             and tolerance only",
+            "meters trace particles from the emitters: they use only max_depth, rr_depth and tolerance of integrator '{}'",
             object.plugin
         );
         let help = match object.plugin.as_str() {
-            "tagged" => "take the integrator 'particle', and set 'tagged' of the meters",
-            _ => "take the integrator 'particle'",
+            "tagged" => "use the integrator 'particle', and set 'tagged' of the meters",
+            _ => "use the integrator 'particle'",
         };
         let warning = lints::warning(lints::METER_INTEGRATOR, message).help(help.to_owned());
         context
@@ -66,7 +65,7 @@ pub(super) fn build(
             && samples.request != sampler::SamplerRequest::Open
             && *said.get_or_insert(sound) != sound
         {
-            let message = "meters follow the same particles: their samplers must agree on 'bending' and 'phases'";
+            let message = "meters share particles: their samplers must agree on 'bending' and 'phases'";
             context.error_at(&object.location, message);
         }
         particles.raise(samples);
@@ -178,12 +177,11 @@ fn instrument(
             q.finish(&[]);
         }
         ("irradiancemeter", None) => {
-            let message = "an irradiancemeter belongs inside the shape that it measures at";
+            let message = "an irradiancemeter belongs inside its shape";
             context.error_at(&object.location, message);
         }
         _ => {
-            let message =
-                "a fluencemeter measures in space: it belongs in the scene, not in a shape";
+            let message = "a fluencemeter belongs in the scene, not in a shape";
             context.error_at(&object.location, message);
         }
     }
@@ -210,11 +208,10 @@ fn film(object: &ObjectDescription, on_surface: bool, context: &mut Context) {
     let shared = context.channels.names();
     if Channels::of_film(object, context.diagnostics).names() != shared {
         let message = format!(
-            "meters share the channels of the first one, {}: this film is ignored",
+            "the film of this meter has no effect: meters use the channels {} of the first meter",
             shared.join(", ")
         );
-        let help =
-            "give the first meter a film with the channels that you want, and the others none";
+        let help = "give only the first meter a film";
         let warning = lints::warning(lints::METER_FILM, message).help(help.to_owned());
         context.diagnostics.push(warning.at(&object.location));
     }
@@ -279,7 +276,7 @@ fn weight_windows(q: &mut Query, has_lengths: bool) -> bool {
     let name = "weight_windows";
     let wanted = q.boolean(name);
     if wanted && !has_lengths {
-        let message = "'weight_windows' changes nothing without bins of optical path length: give 'max_bound' and 'bin_width'";
+        let message = "'weight_windows' has no effect without bins of optical path length: give 'max_bound' and 'bin_width'";
         q.warning(lints::IGNORED, name, message);
     }
     wanted
@@ -330,7 +327,7 @@ fn tagged(q: &mut Query, channels: &Channels) -> (bool, Option<Sidebands>) {
         return (records, tagging::sidebands(q, channels));
     }
     if !records {
-        let message = "tagged light is told apart by its wavelength, or from records: give a 'wavelength', or set 'records' to true";
+        let message = "'tagged' needs a 'wavelength', or 'records' set to true";
         q.error("tagged", message);
     }
     (records, None)

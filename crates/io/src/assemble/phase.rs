@@ -165,8 +165,7 @@ fn mixture(object: &ObjectDescription, context: &mut Context) -> Phase {
         return Phase::isotropic();
     }
     if weights.iter().sum::<f64>() < 1.0 - ROUNDING {
-        let message = "what is missing of the weights to 1 would be absorbed: make them add up to 1, and give the \
-                       absorption as 'sigma_a', or by 'albedo'";
+        let message = "the weights must add up to 1: give absorption by 'sigma_a' or 'albedo'";
         query.error("weights", message);
     }
     query.finish(&[]);

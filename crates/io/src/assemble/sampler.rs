@@ -183,7 +183,7 @@ pub(super) fn build(
     let instants = q.integer("phases");
     let bending = q.boolean("bending");
     if !bending && instants > 1 {
-        let message = "where sound does not bend rays, all instants are alike: leave 'phases' out";
+        let message = "without 'bending' all instants of the sound are equal: leave out 'phases'";
         q.error("phases", message);
     }
     let adaptive = q.boolean("adaptive");
@@ -234,7 +234,7 @@ pub(super) fn replicates(
         lints::REPLACED_SAMPLER,
         Subject::Sensor,
         format!(
-            "samples of '{name}' are independent here: only the integrators 'path' and 'bdpt' take those of 'ldsampler'"
+            "sampler '{name}' gives independent samples here: only the integrators 'path' and 'bdpt' use its replicates"
         ),
         "make the sampler 'independent', or the integrator 'path' or 'bdpt'",
     ));
@@ -266,7 +266,7 @@ pub(super) fn is_adaptive(
             lints::IGNORED,
             Subject::Sensor,
             format!("adaptive sampling has no effect {incompatibility}"),
-            "leave out what asks for it: the sampler's 'adaptive', or the option",
+            "leave out 'adaptive' of the sampler, or the option",
         ));
     }
     samples.adaptive && incompatibility.is_none()

@@ -38,7 +38,7 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
     let film = q.child(PluginKind::Film).cloned();
     let sampler = q.child(PluginKind::Sampler).cloned();
     if let Some(filter) = q.child(PluginKind::Rfilter) {
-        q.ignored_child(filter, "belongs into the film, and is ignored here");
+        q.ignored_child(filter, "belongs in the film: it has no effect here");
     }
     let inside = q.child(PluginKind::Medium).cloned();
     let batch = (object.plugin == "batch").then(|| q.children(PluginKind::Sensor));
@@ -112,7 +112,7 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
 /// error.
 fn view(object: &ObjectDescription, context: &mut Context) -> Option<View> {
     if object.plugin == "batch" || is_meter(object) {
-        let message = "a batch holds cameras, not other batches or meters";
+        let message = "a batch must contain cameras, not other batches or meters";
         context.error_at(&object.location, message);
         return None;
     }
@@ -192,7 +192,7 @@ fn view_of(object: &ObjectDescription, wavelength: Option<f64>, mut q: Query) ->
     q.float("shutter_open");
     q.float("shutter_close");
     if q.has("srf") {
-        let message = "sensors have no spectral response: render a film of 'wavelengths', and weigh its channels";
+        let message = "morgana does not support spectral responses of sensors: render a film of 'wavelengths', and weight its channels";
         q.error("srf", message);
     }
     q.finish(&[]);

@@ -224,7 +224,8 @@ fn meets_other_glass(object: usize, n: f64, exterior: MediumId, context: &mut Co
         Shown(n),
         Shown(own)
     );
-    let help = "where two shapes share a place, the smaller one counts; move them apart if they are not meant to share one, or leave ext_ior out";
+    let help =
+        "where two shapes overlap, the smaller one counts: move them apart, or leave out ext_ior";
     let warning = lints::warning(lints::GLASS_IN_GLASS, message).help(help.to_owned());
     context
         .diagnostics

@@ -150,7 +150,7 @@ fn volume(object: &ObjectDescription, role: Role, context: &mut Context) -> Opti
         && role.is_number()
         && grid.channels() > 1
     {
-        let message = "a number, not a colour, is asked for here: the grid must have one channel";
+        let message = "this parameter is a number, not a colour: the grid must have one channel";
         context.error_at(&nested.location, message);
     }
     Some(Texture::Volume(Arc::new(quantity)))
@@ -367,7 +367,7 @@ fn picture(q: &mut Query, files: &mut FileRegistry) -> Option<Picture> {
     let raw = q.boolean("raw");
     if q.has("data") {
         if q.has("filename") {
-            q.error("data", "give the pixels or a file with them, not both");
+            q.error("data", "give 'data' or 'filename', not both");
         }
         let image = RgbImage::of_tensor(&*q.tensor("data")?);
         let image = image.map_err(|e| q.error("data", e.to_string())).ok()?;

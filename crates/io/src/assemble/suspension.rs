@@ -122,7 +122,7 @@ pub(super) fn concentration(q: &mut Query) -> Option<Concentration> {
     let share = q.float("volume_fraction");
     if share > DILUTE {
         let message = format!(
-            "spheres are taken to scatter each by itself, which those that fill more than {DILUTE} of the volume do not"
+            "the spheres fill more than {DILUTE} of the volume: morgana assumes independent scattering, which does not hold for dense spheres"
         );
         q.warning(lints::DENSE_SPHERES, "volume_fraction", message);
     }
@@ -153,8 +153,7 @@ impl Concentration {
     ) -> [Spectrum; 2] {
         let Phase::Mie(mie) = medium.phase else {
             if medium.plugin != Some("mie") {
-                let message = "'volume_fraction' and 'number_density' are those of the spheres of a phase function \
-                               'mie', which must be the medium's own, not one within a mixture";
+                let message = "'volume_fraction' and 'number_density' need a phase function 'mie' of the medium, outside of a mixture";
                 context.error_at(&object.location, message);
             }
             return [Spectrum::ZERO, medium.absorption];

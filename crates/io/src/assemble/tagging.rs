@@ -40,7 +40,7 @@ pub(super) fn problems(scene: &Scene, tagged: &[&Sidebands]) -> Vec<SceneProblem
     if sounds.is_empty() {
         return vec![error(
             Subject::Sensor,
-            "tagged light is asked for, but no medium has sound in it".into(),
+            "the scene requests tagged light, but no medium has sound".into(),
             "leave 'tagged' out, or give a medium an index with sound in it: a pressure is sound where it has a 'frequency'",
         )];
     }
@@ -59,7 +59,7 @@ pub(super) fn problems(scene: &Scene, tagged: &[&Sidebands]) -> Vec<SceneProblem
         if sound.elasto_optic.is_none() {
             add(
                 format!(
-                    "how far the sound in medium '{name}' moves what scatters light is not known"
+                    "the displacement of scatterers by the sound in medium '{name}' is unknown"
                 ),
                 "give the volume of the sound 'elasto_optic', ρc² ∂n/∂p: 0.32 in water",
             );
@@ -73,7 +73,7 @@ pub(super) fn problems(scene: &Scene, tagged: &[&Sidebands]) -> Vec<SceneProblem
                 "give the light's 'wavelength' in scene units: 532e-6 for green light where these are mm",
             );
         }
-        let one = "tagged light is that of one frequency of sound: give all sounds the same";
+        let one = "tagged light needs one frequency of sound: give all sounds the same frequency";
         let mut earlier = sounds[..i].iter().filter(|(other, _)| other == id);
         if earlier.any(|(_, other)| differ(other.wavelength, sound.wavelength)) {
             add(
@@ -105,7 +105,7 @@ pub(super) fn note(scene: &Scene) -> Option<String> {
     let (second, other) = sounds.iter().find(|(_, other)| is_doubtful(other))?;
     let name = |id: &usize| &scene.media()[*id].name;
     Some(format!(
-        "the sounds in media '{}' and '{}', of the wavelengths {} and {}, are taken to have one frequency: give both a 'frequency' and a 'sound_speed' to have that checked",
+        "the sounds in media '{}' and '{}', of the wavelengths {} and {}, are assumed to have one frequency: give both a 'frequency' and a 'sound_speed' so that morgana can check this",
         name(first),
         name(second),
         one.wavelength,

@@ -33,8 +33,7 @@ pub(super) fn pose(query: &mut Query, thing: &str) -> Option<(DVec3, Orientation
     };
     if error > DEFORMED {
         let message = format!(
-            "{thing} can only be rotated, mirrored and scaled evenly: this transform changes its shape, lengths by \
-             up to {}",
+            "{thing} can only be rotated, mirrored and scaled evenly, but this transform changes lengths unevenly, by up to {}",
             percent(error)
         );
         query.error(NAME, message);

@@ -91,9 +91,11 @@ pub(super) fn taken_for_index([least, most]: [f64; 2]) -> Option<(&'static str, 
 pub(super) fn of_gas([least, most]: [f64; 2], n0: f64) -> Option<&'static str> {
     let size = (most - n0).abs().max((least - n0).abs());
     if size > DENSEST_GAS {
-        Some("no gas is that dense: are these g/m³, or is it the density of a liquid?")
+        Some("no gas is so dense: the values look like g/m³, or the density of a liquid")
     } else if size > 0.0 && size < THINNEST_GAS {
-        Some("that is nearly a vacuum: are these g/cm³? 'scale' 1000 converts them to kg/m³")
+        Some(
+            "this is nearly a vacuum: the values look like g/cm³, which 'scale' 1000 converts to kg/m³",
+        )
     } else {
         None
     }
@@ -102,7 +104,8 @@ pub(super) fn of_gas([least, most]: [f64; 2], n0: f64) -> Option<&'static str> {
 /// Returns the probable mistake in the pressures of a liquid.
 pub(super) fn of_pressure([least, most]: [f64; 2], n0: f64) -> Option<&'static str> {
     let size = (most - n0).abs().max((least - n0).abs());
-    (size > LARGEST_PIEZO).then_some("no liquid is compressed that much: are these pascals?")
+    (size > LARGEST_PIEZO)
+        .then_some("no liquid is compressed so much: give the pressure in pascals")
 }
 
 #[cfg(test)]

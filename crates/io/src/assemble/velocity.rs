@@ -54,7 +54,7 @@ impl<'a> Written<'a> {
         let channels = volume.channels();
         if channels != CHANNELS {
             let message = format!(
-                "a velocity has {CHANNELS} channels, its components along x, y and z in scene units per second; the grid has {channels}"
+                "a velocity must have {CHANNELS} channels, its components along x, y and z in scene units per second, but the grid has {channels}"
             );
             context.error_at(&object.location, message);
             return None;

@@ -25,8 +25,7 @@ pub(super) const SOURCE: [&str; 7] = [
 ];
 
 /// Advice about samples without a value, such as simulations have in solids.
-const FILL: &str = "every sample needs a value: fill those in solids, or outside of the data, with the value of their \
-                    surroundings, for example by numpy.where(numpy.isfinite(a), a, surroundings)";
+const FILL: &str = "every sample needs a value: fill samples in solids or outside of the data with the value of their surroundings, for example by numpy.where(numpy.isfinite(a), a, surroundings)";
 
 /// Placement of the samples of a volume file.
 pub(super) struct Source {
@@ -145,7 +144,7 @@ fn read_by<T: Sample>(
         if chosen && placement != own {
             query.error(
                 "placement",
-                "the file says otherwise: leave 'placement' out",
+                "the file states another placement: leave 'placement' out",
             );
         }
         placement = own;
@@ -204,7 +203,7 @@ impl VolumeFile {
 /// Returns the axis order of an array in the scene itself: `[z, y, x]` by default, as in Mitsuba.
 fn axes_of_data(query: &mut Query) -> AxisOrder {
     if query.has("filename") || query.has("dataset") {
-        query.error("data", "give the samples or a file with them, not both");
+        query.error("data", "give 'data' or 'filename', not both");
     }
     axes(None, query).unwrap_or(AxisOrder::ZYX)
 }
@@ -245,8 +244,7 @@ fn axes(format: Option<Format>, query: &mut Query) -> Option<AxisOrder> {
     match format {
         // Exclude HDF5: output files of k-Wave state the axis order.
         Some(format) if format.needs_axis_order() && format != Format::Hdf5 && !named => {
-            let message = "the format does not say which axis is which: give 'axis_order', \"zyx\" \
-                           if the last index runs along x, \"xyz\" if the first does";
+            let message = "the format does not state the order of the axes: give 'axis_order', \"zyx\" if the last index runs along x, \"xyz\" if the first index does";
             query.error("filename", message);
             Some(AxisOrder::ZYX)
         }

@@ -15,7 +15,7 @@ pub enum TransducerError {
     },
     /// A bowl that is more than half a sphere.
     #[error(
-        "the diameter of a bowl is at most twice its radius of curvature, {}, but is {}",
+        "the diameter of a bowl must be at most twice its radius of curvature, {}, but is {}",
         Shown(2.0 * radius),
         Shown(*diameter)
     )]
@@ -26,7 +26,7 @@ pub enum TransducerError {
         diameter: f64,
     },
     /// Elements that overlap.
-    #[error("elements of width {} overlap: neighbours are {} apart", Shown(*width), Shown(*apart))]
+    #[error("elements of width {} overlap: the distance of neighbours is only {}", Shown(*width), Shown(*apart))]
     Overlap {
         /// Width of an element.
         width: f64,
@@ -34,7 +34,7 @@ pub enum TransducerError {
         apart: f64,
     },
     /// No elements.
-    #[error("an array has at least one element")]
+    #[error("an array must have at least one element")]
     NoElements,
     /// Numbers of delays or weights that differ from the number of elements.
     #[error("{found} {what} are given for {elements} elements")]
@@ -48,7 +48,7 @@ pub enum TransducerError {
     },
     /// A point on the surface or next to it.
     #[error(
-        "the box of the sound comes within {} of the transducer: keep half a wavelength away, {}",
+        "the box of the sound is only {} from the transducer: keep it at least half a wavelength, {}, away",
         Shown::rounded(*distance),
         Shown::rounded(*least)
     )]
@@ -60,12 +60,12 @@ pub enum TransducerError {
     },
     /// A surface that is too large for its wavelength.
     #[error(
-        "the transducer is too large for its wavelength: {0:.1e} points would be needed to integrate over it"
+        "the transducer is too large for its wavelength: the integral over it needs {0:.1e} points; check their units"
     )]
     TooLarge(f64),
     /// A box that is too long for its wavelength.
     #[error(
-        "the box of the sound is too long for its wavelength: it has {samples} samples along an axis"
+        "the box of the sound is too long for its wavelength: it needs {samples} samples along an axis; shrink it"
     )]
     LongBox {
         /// Number of samples along the axis.

@@ -135,7 +135,7 @@ pub(super) fn children<'a, 'i>(
         if !trimmed.is_empty() {
             let start = text.range().start + content.len() - content.trim_start().len();
             let length = trimmed.lines().next().unwrap_or("").len();
-            let message = "text between elements has no meaning";
+            let message = "text between elements has no meaning: remove it";
             diagnostics.push(Diagnostic::error(message).at(&locate(source, start..start + length)));
         }
     }

@@ -226,7 +226,7 @@ impl Loader<'_> {
         if let Some(child) = element::children(node, source, self.diagnostics).first()
             && !matches!(Tag::new(node.tag_name().name(), false), Tag::Unknown)
         {
-            let message = format!("nothing can stand in <{}>", node.tag_name().name());
+            let message = format!("<{}> cannot contain elements", node.tag_name().name());
             self.error(message, &Location::new(source, child.range().start, 1));
         }
     }
@@ -361,7 +361,7 @@ impl Loader<'_> {
             self.error("the animation has no <transform>", &element.location);
             return None;
         };
-        let message = "nothing moves here: the animation stays at its first transform";
+        let message = "morgana renders no motion: it uses the first transform of the animation";
         self.diagnostics
             .push(lints::note(lints::ANIMATION, message).at(&element.location));
         let (value, location) = (Value::Transform(matrix), element.location.clone());

@@ -24,7 +24,7 @@ pub(super) fn part(element: &Element, diagnostics: &mut Diagnostics) -> Option<D
         "lookat" | "lookAt" => look_at(element, diagnostics),
         "matrix" => matrix(element, diagnostics),
         other => {
-            let message = format!("<{other}> is not a part of a transform");
+            let message = format!("a transform cannot contain <{other}>");
             let help = suggest(other, tags::TRANSFORMS)
                 .unwrap_or_else(|| format!("parts are: {}", tags::TRANSFORMS.join(", ")));
             diagnostics.push(Diagnostic::error(message).help(help).at(&element.location));

@@ -75,7 +75,7 @@ fn a_file_is_no_folder() {
 #[test]
 fn what_is_not_a_file_is_not_replaced() {
     let folder = tempfile::tempdir().unwrap();
-    let expected = "cannot write: it exists and is not a regular file";
+    let expected = "cannot write: it exists, but is not a regular file";
     let error = atomic::write_bytes(folder.path(), b"")
         .unwrap_err()
         .to_string();

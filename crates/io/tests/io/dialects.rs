@@ -242,7 +242,7 @@ fn animations_stay_at_their_first_transform() {
     assert!(
         diagnostics
             .to_string()
-            .contains("stays at its first transform")
+            .contains("uses the first transform")
     );
     let (still, _) = read(&format!(
         "<scene version='0.6.0'>{}</scene>",

@@ -194,7 +194,7 @@ fn mistakes_are_named() {
         "</volume>",
         "<float name=\"reference_wavelength\" value=\"500\"/></volume>",
     );
-    refused(&film("500"), &alone, &["no nested volume"]);
+    refused(&film("500"), &alone, &["needs a nested volume"]);
 }
 
 /// K of air follows the channel: at 400 and 800 nm it has the value for the volume's own

@@ -120,7 +120,7 @@ fn mistakes_have_places_and_help() {
     refused(
         &(by("length, time") + &bounds("0", "1", "0.5")),
         &[
-            "length and time are one",
+            "give length or time, not both",
             "needs <float name=\"speed_of_light\">",
         ],
     );

@@ -158,7 +158,7 @@ fn mistakes_are_named() {
         &with("<film type=\"hdrfilm\"><integer name=\"width\" value=\"8\"/></film>"),
         "width",
     );
-    refused("", "<sensor type=\"irradiancemeter\"/>", "inside the shape");
+    refused("", "<sensor type=\"irradiancemeter\"/>", "inside its shape");
     refused("<sensor type=\"fluencemeter\"/>", "", "not in a shape");
     refused("<sensor type=\"perspective\"/>", "", "irradiancemeter");
     refused(
@@ -300,7 +300,7 @@ fn weight_windows_without_bins_of_length_draw_a_warning() {
     let windows = r#"<boolean name="weight_windows" value="true"/>"#;
     let bins = r#"<float name="max_bound" value="4"/><float name="bin_width" value="1"/>"#;
     let text = |more: &str| scene("", &fluence(more));
-    let expected = "'weight_windows' changes nothing without bins of optical path length";
+    let expected = "'weight_windows' has no effect without bins of optical path length";
     warned(&text(windows), expected);
     let loaded = load(&text(&format!("{windows}{bins}"))).unwrap();
     assert!(!loaded.warnings.to_string().contains("weight_windows"));

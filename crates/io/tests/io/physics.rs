@@ -137,7 +137,7 @@ fn mistakes_are_named() {
     );
     refused(
         &without(2),
-        "which axis is which: give the order of its axes",
+        "give the order of its axes",
     );
     refused(&without(3), "needs 'placement'");
     let hole = [KWAVE[0], ("string", "dataset", "hole"), KWAVE[2], KWAVE[3]];

@@ -189,7 +189,7 @@ fn the_amplitude_of_a_series() {
     }
     let wrong = json!({"filename": file("sound.h5"), "dataset": "p", "axis_order": "xyz"});
     let error = load(wrong, STEPS).err().unwrap();
-    assert!(error.contains("the order of their axes is czyx"), "{error}");
+    assert!(error.contains("the order of axes czyx"), "{error}");
     let other = json!({
         "filename": file("sound.h5"), "dataset": "p", "axis_order": "zyx", "time_step": 1.3e-7, "periods": 1
     });
@@ -269,11 +269,11 @@ fn mistakes_are_named() {
     );
     refused(
         json!({"data": data, "time_step": 1.25e-7, "reference": 1}),
-        "of no use for sound of a frequency",
+        "no effect on sound with a 'frequency'",
     );
     refused(
         json!({"data": data, "time_step": 1.25e-7, "smoothing": "auto"}),
-        "of no use for sound of a frequency",
+        "no effect on sound with a 'frequency'",
     );
     refused(
         json!({"data": data, "time_step": 1.25e-7, "sound_speed": 0}),

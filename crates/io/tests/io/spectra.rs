@@ -402,7 +402,7 @@ fn what_is_refused() {
         ),
         (
             bad("srgb", r#"<rgb name="color" value="3, 0, 1"/>"#),
-            "lies in [0, 1]",
+            "must lie in [0, 1]",
         ),
         (
             bad("d65", r#"<texture type="checkerboard"/>"#),

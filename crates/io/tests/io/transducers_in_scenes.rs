@@ -223,15 +223,15 @@ fn mistakes_are_named() {
         ),
         (
             volume(json!({"min": [-3, -3, 0.5]})),
-            "keep half a wavelength away, 0.75",
+            "keep it at least half a wavelength, 0.75, away",
         ),
-        (volume(json!({"spacing": 1e-3})), "it takes"),
+        (volume(json!({"spacing": 1e-3})), "it needs"),
         (volume(json!({"spacing": 0})), "'spacing'"),
         (
             volume(json!({"spacing": 0.51 * WAVELENGTH})),
-            "cannot tell waves of",
+            "is too large for the wavelength",
         ),
-        (volume(json!({"frequency": 1e8})), "it takes"),
+        (volume(json!({"frequency": 1e8})), "it needs"),
         (
             volume(json!({"direction": [0, 0, 0]})),
             "'direction' must not be zero",

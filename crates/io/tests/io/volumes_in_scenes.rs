@@ -120,7 +120,7 @@ fn what_a_scene_must_say() {
     refused("stored.npz", ZYX, "found the arrays: density, other");
     refused("compressed.mat", DENSITY, "give 'axis_order'");
     refused("cells.vtk", ZYX, "the format has its own");
-    refused("raw.nrrd", ZYX, "leave the order of axes out");
+    refused("raw.nrrd", ZYX, "leave out the order");
     refused("spacings.nrrd", "", "give the order of its axes");
     refused("raw.nrrd", DENSITY, "files hold several");
     refused(

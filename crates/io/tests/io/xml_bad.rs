@@ -98,7 +98,7 @@ fn unknown_elements() {
     one("<scene version='3.0.0'/>", "2:2 unknown element <scene> | ");
     one(
         "words <!-- c -->",
-        "2:1 text between elements has no meaning | ",
+        "2:1 text between elements has no meaning: remove it | ",
     );
     one(
         "<ref id='a'><float/></ref><shape id='a' type='b'/>",

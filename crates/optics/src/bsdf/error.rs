@@ -10,7 +10,7 @@ use eikonal::Shown;
 pub enum BsdfError {
     /// A normal map is applied to a surface that ignores shading normals.
     #[error(
-        "bump and normal maps take no smooth interfaces: light passes these by the true surface"
+        "bump and normal maps do not support smooth interfaces, where light follows the true surface"
     )]
     TrueSurface,
     /// A reflectance or transmittance lies outside [0, 1].

@@ -80,7 +80,7 @@ pub enum PhaseError {
         k: f64,
     },
     /// The index of spheres equals the index around them.
-    #[error("spheres of the index of the medium around scatter nothing")]
+    #[error("spheres with the index of the surrounding medium do not scatter")]
     Matched,
     /// Spheres are too large.
     #[error("spheres have a size parameter 2πnr/λ of {}, and at most {} is computed", Shown(*found), Shown(*most))]

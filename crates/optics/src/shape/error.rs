@@ -67,9 +67,7 @@ pub enum ShapeError {
     },
     /// The number of originals of copied vertices differs from the number of vertices, or an
     /// original does not exist.
-    #[error(
-        "expected the number of one of {expected} vertices for each of them: that of which it is a copy"
-    )]
+    #[error("expected a number below {expected} for each vertex: the vertex of which it is a copy")]
     Originals {
         /// Number of vertices.
         expected: usize,

@@ -123,7 +123,7 @@ impl Course {
         match course.layout() {
             Some(_) => Ok(course),
             None => Err(PyValueError::new_err(
-                "there must be one medium more than there are refracting surfaces",
+                "there must be one medium more than refracting surfaces",
             )),
         }
     }

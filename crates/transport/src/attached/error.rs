@@ -11,12 +11,12 @@ pub enum IndexDerivativeError {
     Parameters(String),
     /// The field is uniform although its type allows variation.
     #[error(
-        "the index of '{0}' is the same everywhere, so that rays would step over what is differentiated: start from a small delta"
+        "the index of '{0}' is constant, so rays would step over its changes: start from a small delta"
     )]
     Even(String),
     /// The grid smooths its samples, or is stored with fewer.
     #[error(
-        "the grid of the index of '{0}' smooths its samples, or is held by fewer: leave 'smoothing' out, and set 'condense' to false"
+        "the grid of the index of '{0}' smooths its samples, or is stored with fewer samples: leave 'smoothing' out, and set 'condense' to false"
     )]
     Smoothed(String),
     /// A medium is listed twice.
@@ -24,12 +24,12 @@ pub enum IndexDerivativeError {
     Twice,
     /// The medium's phase function varies.
     #[error(
-        "derivatives by an index need media whose phase function is the same everywhere, which that of '{0}' is not"
+        "derivatives by an index need a phase function that is constant in space, but the phase function of '{0}' varies"
     )]
     Phase(String),
     /// The medium's extinction or albedo is discontinuous between voxels.
     #[error(
-        "the {what} of '{name}' jumps from voxel to voxel, where what is scattered would jump when rays move: give it a 'gridvolume' with filter_type 'trilinear'"
+        "the {what} of '{name}' jumps from voxel to voxel, so scattered light would jump when rays move: give it a 'gridvolume' with filter_type 'trilinear'"
     )]
     Voxels {
         /// Name of the quantity.
@@ -44,7 +44,7 @@ pub enum IndexDerivativeError {
     Ends(String),
     /// The surroundings scatter or bend rays.
     #[error(
-        "derivatives by an index need surroundings that are clear and of constant index: put what scatters or bends rays into a shape with a boundary"
+        "derivatives by an index need clear surroundings of constant index: put media that scatter or bend rays into a shape"
     )]
     Surroundings,
     /// The emitter's light is discontinuous.
@@ -90,12 +90,12 @@ pub enum IndexDerivativeError {
     },
     /// Layers separate light by its optical length.
     #[error(
-        "the time gate into which light falls jumps when its optical length changes, which derivatives by an index do not see: give weights of the whole picture, or load the scene with layers by bounces alone"
+        "the time gate of light jumps when its optical length changes, which derivatives by an index do not see: give weights of the whole picture, or load the scene with layers by bounces alone"
     )]
     Gates,
     /// Layers separate light by another criterion.
     #[error(
-        "derivatives by an index know layers by bounces, not by {0}: give weights of the whole picture"
+        "derivatives by an index support layers by bounces, not by {0}: give weights of the whole picture"
     )]
     Layers(&'static str),
     /// The edge of a panel is visible.
@@ -107,13 +107,13 @@ pub enum IndexDerivativeError {
         why: &'static str,
     },
     /// A volume emits light.
-    #[error("derivatives by an index do not know the light of volumes that emit")]
+    #[error("derivatives by an index do not support volumes that emit light")]
     Volumes,
     /// The scene covers a period of sound.
     #[error("derivatives by an index need one instant of the sound, not a period")]
     Period,
     /// The scene has volumes of labels.
-    #[error("derivatives by an index do not know volumes of labels")]
+    #[error("derivatives by an index do not support volumes of labels")]
     Labels,
     /// The number of weights differs from the number of values.
     #[error("expected {expected} weights, as many as there are values, found {found}")]
@@ -127,7 +127,7 @@ pub enum IndexDerivativeError {
     #[error("weight {0} is not finite: the loss must have a derivative by every value")]
     NotFinite(usize),
     /// There are too few samples.
-    #[error("errors need at least two samples, or replicates of them: take more than {0}")]
+    #[error("errors need at least two samples, or two replicates of samples: use more than {0}")]
     Samples(u64),
     /// The sums do not fit into memory.
     #[error("derivatives by {0} numbers do not fit into memory")]

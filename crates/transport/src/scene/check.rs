@@ -295,8 +295,7 @@ fn check_facets(scene: &Scene, i: usize, object: &Object) -> Option<SceneProblem
         }
         j if j < FAINT => {
             let what = format!(
-                "has nearly the same index on both sides, up to {j:.1e} apart: light passes it almost straight, and \
-                 what connections find of it is rare and bright"
+                "has nearly the same index on both sides, up to {j:.1e} apart: light passes it almost straight, and connections find it in rare, bright samples"
             );
             Some(SceneProblem::warning(
                 lint::FAINT_INTERFACE,
@@ -430,7 +429,7 @@ fn check_beam(scene: &Scene, i: usize, beam: &Emitter) -> Option<SceneProblem> {
     let Some(guide) = scene.guide(i) else {
         return Some(error(
             Subject::Emitter(i),
-            "the beam's central ray circles in its medium without end, or leaves its field".into(),
+            "the central ray of the beam circles in its medium forever, or leaves its field".into(),
             "move the beam, or check the medium that it starts in",
         ));
     };
@@ -448,8 +447,7 @@ fn check_beam(scene: &Scene, i: usize, beam: &Emitter) -> Option<SceneProblem> {
             lint::BEAM_ACROSS_MEDIA,
             Subject::Emitter(i),
             format!(
-                "about {:.0} % of the beam starts outside of medium '{}', in which its centre starts: connections do not \
-                 find that part",
+                "about {:.0} % of the beam starts outside of medium '{}', in which its centre starts: connections do not find this part of the light",
                 (100.0 * f64::from(elsewhere) / f64::from(all)).max(1.0),
                 scene.medium(medium).name
             ),

@@ -71,8 +71,7 @@ impl Question {
         let [a, b] = [image(0)?, image(1)?];
         match self.kind.as_str() {
             "z" => {
-                let unknown =
-                    || bad("standard errors are not known: not both images have variances");
+                let unknown = || bad("standard errors are unknown: both images need variances");
                 let z = compare(&a, &b, 1).map_err(bad)?.z.ok_or_else(unknown)?;
                 let planes = z.channels.into_iter();
                 Ok(planes.map(|(name, z)| (name, Arc::new(z))).collect())

@@ -39,9 +39,14 @@ impl Document<'_> {
         let extensions = if used.is_empty() {
             String::new()
         } else {
-            format!("; those of extensions are not read ({})", used.join(", "))
+            format!(
+                "; morgana does not support numbers of extensions ({})",
+                used.join(", ")
+            )
         };
-        wrong(format!("some of its numbers are in no buffer{extensions}"))
+        wrong(format!(
+            "some of its numbers are not in a buffer{extensions}"
+        ))
     }
 
     /// Returns the number of elements that an accessor states.
@@ -70,7 +75,7 @@ impl Document<'_> {
         size: usize,
     ) -> Result<impl Iterator<Item = &[u8]>, Problem> {
         if !accessor["sparse"].is_null() {
-            return Err(wrong("sparse data are not read"));
+            return Err(wrong("morgana does not support sparse data"));
         }
         let view = index(accessor, "bufferView").ok_or_else(|| self.no_data())?;
         let view = self.item("bufferViews", view)?;

@@ -109,11 +109,11 @@ impl Stored {
         let Some(name) = options.dataset else {
             let names = file.root_group().and_then(|group| group.member_names());
             let names = match names {
-                Ok((_, names)) => format!("those of '/': {}", names.join(", ")),
-                Err(error) => format!("those of '/' cannot be listed ({error})"),
+                Ok((_, names)) => format!("datasets of '/': {}", names.join(", ")),
+                Err(error) => format!("datasets of '/' cannot be listed ({error})"),
             };
             let message = format!(
-                "it may hold several: give a dataset (--dataset, or 'dataset' in a scene); {names}"
+                "it may contain several datasets: choose one (--dataset, or 'dataset' in a scene); {names}"
             );
             return Err(Problem::Unsaid(message));
         };
@@ -129,8 +129,7 @@ impl Stored {
                 let own = [AxisOrder::ZYX, AxisOrder::CZYX];
                 if options.axes.is_some_and(|axes| !own.contains(&axes)) {
                     let message =
-                        "records of k-Wave say that the order of their axes is czyx: leave it out"
-                            .into();
+                        "records of k-Wave have the order of axes czyx: leave out the order".into();
                     return Err(Problem::Unsupported(message));
                 }
                 recorded.layout
@@ -242,7 +241,7 @@ fn missing(file: &Hdf5File, dataset: &str, error: hdf5_reader::error::Error) -> 
             names.join(", ")
         )),
         Err(of_listing) => Problem::Malformed(format!(
-            "no dataset '{dataset}' ({error}); those of '/{folder}' cannot be listed ({of_listing})"
+            "no dataset '{dataset}' ({error}); datasets of '/{folder}' cannot be listed ({of_listing})"
         )),
         _ => Problem::Malformed(format!("no dataset '{dataset}' ({error})")),
     }
@@ -271,7 +270,7 @@ fn describe(error: hdf5_reader::error::Error) -> Problem {
         ),
         Context { source, .. } if matches!(*source, UnsupportedFilter(_)) => describe(*source),
         UnsupportedFilter(filter) => Problem::Unsupported(format!(
-            "the dataset is compressed by a filter that is not read ({filter}): store it with gzip, or without compression"
+            "morgana does not support the filter {filter} of the dataset: store it with gzip, or without compression"
         )),
         error => Problem::WrongFormat {
             format: "HDF5",

@@ -211,7 +211,7 @@ fn byte_order(reader: &mut impl Read) -> Result<bool, Problem> {
     match &header[124..] {
         [0, 1, b'I', b'M'] => Ok(false),
         [1, 0, b'M', b'I'] => Ok(true),
-        _ => Err(wrong("its header is not that of version 5")),
+        _ => Err(wrong("its header does not have version 5")),
     }
 }
 

@@ -88,8 +88,7 @@ impl Header {
             return options.axes();
         };
         if options.axes.is_some() {
-            let message =
-                "its 'space directions' say which axis is which: leave the order of axes out";
+            let message = "its 'space directions' state the order of its axes: leave out the order";
             return Err(Problem::Unsaid(message.into()));
         }
         let mut names = ['x', 'y', 'z'].into_iter();

@@ -32,7 +32,7 @@ pub(super) fn collimated(object: &ObjectDescription, context: &mut Context) -> O
     if !total && q.has("power") {
         q.error(
             "power",
-            "give the beam's power or the irradiance on its axis, not both",
+            "give 'power' or 'irradiance' of the beam, not both",
         );
     }
     let name = if total { "power" } else { "irradiance" };
@@ -237,7 +237,7 @@ fn thin(objects: &[Object]) -> f64 {
 fn thin_or(q: &mut Query, name: &str, thin: f64) -> f64 {
     if !q.has(name) {
         let message = format!(
-            "a beam without a '{name}' is as thin as a thousandth of the scene: {}",
+            "a beam without a '{name}' is a thousandth of the scene wide: {}",
             Shown::rounded(thin)
         );
         q.note(lints::THIN_BEAM, "type", message);

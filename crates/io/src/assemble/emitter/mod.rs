@@ -23,7 +23,7 @@ use transport::shape::Shape;
 /// Adds an emitter of the scene.
 pub(super) fn add(object: &ObjectDescription, context: &mut Context) {
     if object.plugin == "area" {
-        let message = "an area emitter belongs inside the shape that it covers";
+        let message = "an area emitter belongs inside its shape";
         context.error_at(&object.location, message);
         return;
     }

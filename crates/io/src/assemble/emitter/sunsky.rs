@@ -95,7 +95,7 @@ fn read(object: &ObjectDescription, context: &mut Context) -> Option<Sunsky> {
         q.warning(
             lints::SUN_BELOW_HORIZON,
             name,
-            "the sun is below the horizon: neither it nor the sky shines",
+            "the sun is below the horizon: the sun and the sky are black",
         );
     }
     q.finish(&[]);

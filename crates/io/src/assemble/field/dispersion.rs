@@ -60,8 +60,7 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
         }
         (None, false) => None,
         (None, true) => {
-            let message = "'reference_wavelength' is that at which a nested volume gives the index, but there \
-                           is no nested volume";
+            let message = "'reference_wavelength' needs a nested volume, which gives the index at that wavelength";
             q.error("reference_wavelength", message);
             None
         }

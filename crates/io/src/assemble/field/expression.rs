@@ -18,14 +18,14 @@ pub(super) fn build(q: &mut Query) -> Option<Field> {
         (false, false) => {
             q.error(
                 "n",
-                "an expression needs 'n', a formula of the index, or 'n2', one of its square",
+                "an expression needs 'n', a formula of the index, or 'n2', a formula of its square",
             );
             return None;
         }
         (true, true) => {
             q.error(
                 "n2",
-                "give 'n', a formula of the index, or 'n2', one of its square, not both",
+                "give 'n', a formula of the index, or 'n2', a formula of its square, not both",
             );
             return None;
         }
@@ -67,7 +67,7 @@ fn report(error: &FormulaError, name: &str, text: &str, numbers: &[(&str, f64)],
             Formula::names().for_each(|name| known.push(name));
             let help = suggest(unknown, known.iter().copied()).unwrap_or_else(|| {
                 let known = known.join(", ");
-                format!("it knows {known}; give a number of another name as a parameter")
+                format!("known names: {known}; define other names as parameters")
             });
             q.error_within(name, text, error.span.clone(), &message, Some(help));
         }

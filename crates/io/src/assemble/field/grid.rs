@@ -106,7 +106,8 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
     let samples = samples?;
     let (channels, size) = each!(&samples, v => (v.channels(), v.size()));
     if channels != 1 {
-        let message = format!("a refractive index has one channel, this has {channels}");
+        let message =
+            format!("a refractive index must have one channel, but the file has {channels}");
         context.error_at(&object.location, message);
         return None;
     }

@@ -109,7 +109,7 @@ impl Description {
         let spacing = q.float_or("spacing", wavelength / SAMPLES);
         if spacing > 0.5 * wavelength {
             let message = format!(
-                "samples {spacing:.3e} apart cannot tell waves of {wavelength:.3e}: leave 'spacing' out, or make it at most half of that"
+                "a spacing of {spacing:.3e} is too large for the wavelength {wavelength:.3e} of the sound: leave 'spacing' out, or give at most half the wavelength"
             );
             q.error("spacing", message);
         }

@@ -92,7 +92,7 @@ impl Asked {
         }
         for name in ["reference", "smoothing", "condense"] {
             if q.has(name) {
-                let message = "of no use for sound of a frequency, which is an amplitude";
+                let message = "no effect on sound with a 'frequency', whose samples are amplitudes";
                 q.error(name, message);
             }
         }
@@ -201,7 +201,7 @@ impl Wave {
         {
             doubts.push(WaveDoubt {
                 message: format!(
-                    "the file has a time step of {file:.3e} s, the scene {scene:.3e} s: that of the scene counts"
+                    "the file has a time step of {file:.3e} s, the scene {scene:.3e} s: morgana uses the scene's"
                 ),
                 help: None,
             });
@@ -211,8 +211,7 @@ impl Wave {
         {
             doubts.push(WaveDoubt {
                 message: format!(
-                    "{:.0} % of the pressure in its last {:.3} periods (root mean square) is not of the frequency {} Hz: it is \
-                     left out",
+                    "{:.0} % of the pressure in its last {:.3} periods (root mean square) does not have the frequency {} Hz and is left out",
                     100.0 * residual,
                     record.used as f64 * step * self.frequency,
                     self.frequency

@@ -16,9 +16,8 @@ pub(in super::super) fn fit(shapes: &[&ObjectDescription], context: &mut Context
     let holders = || shapes.iter().filter(|shape| holds(shape));
     let copies: usize = holders().map(|shape| shapes_in(shape)).sum();
     if let (true, Some(first)) = (copies > MOST_COPIES, holders().next()) {
-        let message = format!(
-            "instances are copies, {copies} shapes in all; there is room for {MOST_COPIES}"
-        );
+        let message =
+            format!("the instances make {copies} shapes: at most {MOST_COPIES} are possible");
         context.error_at(&first.location, message);
     }
     copies <= MOST_COPIES
@@ -65,11 +64,12 @@ pub(super) fn add(object: &ObjectDescription, context: &mut Context) {
 fn add_member(shape: &ObjectDescription, frame: DAffine3, context: &mut Context) {
     match shape.plugin.as_str() {
         "shapegroup" | "instance" => {
-            let message = "a shapegroup holds shapes, not groups or instances";
+            let message = "a shapegroup must contain shapes, not groups or instances";
             context.error_at(&shape.location, message);
         }
         "labels" => {
-            let message = "volumes of labels are not copied: put this one into the scene itself";
+            let message =
+                "instances cannot copy volumes of labels: put this volume directly into the scene";
             context.error_at(&shape.location, message);
         }
         "merge" => merge(

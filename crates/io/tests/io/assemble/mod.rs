@@ -417,7 +417,7 @@ fn phase_functions_are_mixed_by_shares() {
         let expected = "one for each of the 3 phase functions";
         refused(&medium(weights, &three), &[expected]);
     }
-    refused(&medium("0.2 0.2 0.2", &three), &["would be absorbed"]);
+    refused(&medium("0.2 0.2 0.2", &three), &["the weights must add up to 1"]);
     for name in ["sggx", "microflake", "kkay"] {
         let phase = format!("<phase type=\"{name}\"/>");
         let medium = format!("<medium name=\"interior\" type=\"homogeneous\">{phase}</medium>");

@@ -22,7 +22,7 @@ fn apertures_that_are_refused() {
         (
             "collimated",
             format!("{POWER}{}", float("irradiance", 1.0)),
-            "give the beam's power or the irradiance on its axis, not both",
+            "give 'power' or 'irradiance' of the beam, not both",
         ),
         (
             "collimated",
@@ -172,7 +172,7 @@ fn narrow_fibres_are_not_for_paths() {
     let by = |integrator: &str, focus: f64| {
         format!("<integrator type=\"{integrator}\"/>{}", beam(focus))
     };
-    warned(&by("path", 5.0), "so narrow that of connections");
+    warned(&by("path", 5.0), "so narrow that only about one connection");
     for body in [by("bdpt", 5.0), by("path", 500.0), beam(5.0)] {
         let loaded = load(&body).unwrap_or_else(|e| panic!("{e}"));
         let warnings = loaded.warnings.to_string();

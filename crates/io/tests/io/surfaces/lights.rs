@@ -40,7 +40,7 @@ fn photometric_files() {
         (
             "3 2 1 1",
             "3 2 2 1",
-            "not supported: photometry of type A or B; type C is read",
+            "not supported: photometry of type A or B: convert it to type C",
         ),
         ("3 2 1 1", "3 2.5 1 1", "number of horizontal angles: 2.5"),
         (

@@ -49,7 +49,7 @@ fn instances_are_copies() {
     refused(
         "<shape type=\"shapegroup\" id=\"a\"><shape type=\"instance\"/></shape>\
          <shape type=\"instance\"><ref id=\"a\"/></shape>",
-        &["a shapegroup holds shapes, not groups or instances"],
+        &["a shapegroup must contain shapes, not groups or instances"],
     );
 }
 
@@ -85,7 +85,7 @@ fn merged_shapes_are_those_that_it_holds() {
     assert_eq!(names(&format!("{group}{twice}")), ["a", "b", "a", "b"]);
     refused(
         "<shape type='shapegroup' id='g'><shape type='merge'><shape type='instance'/></shape></shape><shape type='instance'><ref id='g'/></shape>",
-        &["a shapegroup holds shapes, not groups or instances"],
+        &["a shapegroup must contain shapes, not groups or instances"],
     );
     refused(
         "<shape type='merge'><float name='radius' value='2'/></shape>",

@@ -46,7 +46,7 @@ pub enum ApertureError {
     Vanes(u32),
     /// The width of vanes is out of range.
     #[error(
-        "the width of the vanes must be above 0 and at most 1, as a share of the radius, but it is {0}"
+        "the width of the vanes must be above 0 and at most 1, as a fraction of the radius, but it is {0}"
     )]
     VaneWidth(f64),
     /// An angle is not finite.
@@ -66,11 +66,11 @@ pub enum ApertureError {
         found: usize,
     },
     /// The transmittance of a cell is out of range.
-    #[error("pixels of an aperture are shares of power in [0, 1], but one is {0}")]
+    #[error("pixels of an aperture must be fractions of power in [0, 1], but one is {0}")]
     Transmittance(f64),
     /// The aperture has no open part.
     #[error(
-        "nothing of the aperture is open: blades, vanes, an obscuration or a picture cover all of it"
+        "the aperture is completely covered by blades, vanes, an obscuration or a picture: open a part of it"
     )]
     Closed,
 }

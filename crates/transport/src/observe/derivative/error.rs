@@ -7,7 +7,7 @@ use crate::film::PartsFacts;
 pub enum DerivativeError {
     /// A factor of paths is zero. Its derivative would come from light that no path finds.
     #[error(
-        "{what} of '{name}' is zero somewhere, or in some channel, where no path finds what would come of more of it: start from a small value > 0{instead}"
+        "{what} of '{name}' is zero somewhere, or in some channel, where no path finds the effect of a change: start from a small value > 0{instead}"
     )]
     Zero {
         /// Quantity that is zero.
@@ -48,7 +48,7 @@ pub enum DerivativeError {
     },
     /// The colour is a texture whose values are not numbered.
     #[error(
-        "{what} of '{name}' is that of a volume, or of textures within a texture, whose values have no numbers: derivatives are by one colour, a bitmap, a checkerboard of two colours, or the colours of a mesh"
+        "{what} of '{name}' is a volume or a nested texture: derivatives support one colour, a bitmap, a checkerboard of two colours, or the colours of a mesh"
     )]
     Texture {
         /// Name of the colour.
@@ -58,16 +58,18 @@ pub enum DerivativeError {
     },
     /// The emitter projects a texture whose values are not numbered.
     #[error(
-        "what emitter number {0} throws is no image, but a volume's or that of textures within a texture: ask for its emission"
+        "the texture of emitter number {0} is a volume or a nested texture: request its emission instead"
     )]
     Radiance(usize),
     /// The emitter is black somewhere.
     #[error(
-        "the light of emitter number {0} is zero somewhere, or in some channel, where no path finds what would come of more of it: start from a small value > 0"
+        "the light of emitter number {0} is zero somewhere, or in some channel, where no path finds the effect of a change: start from a small value > 0"
     )]
     Dim(usize),
     /// The integrator blurs light.
-    #[error("light that the integrator {0} blurs has no derivatives: take path, particle or bdpt")]
+    #[error(
+        "the integrator {0} blurs light, which then has no derivatives: use path, particle or bdpt"
+    )]
     Blurred(&'static str),
     /// The light is separated into parts, such as its Stokes parameters.
     #[error(
@@ -104,7 +106,7 @@ pub enum DerivativeError {
     #[error("the scene emits no light: there is nothing to differentiate")]
     Dark,
     /// There are too few samples.
-    #[error("errors need at least two samples, or replicates of them: take more than {0}")]
+    #[error("errors need at least two samples, or two replicates of samples: use more than {0}")]
     Samples(u64),
     /// The sums do not fit into memory.
     #[error("derivatives by {0} numbers do not fit into memory")]

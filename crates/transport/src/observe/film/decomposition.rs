@@ -206,13 +206,13 @@ impl Decomposition {
             let most = Self::MOST_BOUNCES;
             assert!(
                 bounces <= most,
-                "a film tells at most {most} bounces apart, not {bounces}"
+                "a film separates at most {most} bounces, not {bounces}"
             );
         }
         if let Some(told) = self.emitters {
             assert!(
                 told > 0 && told == emitters,
-                "the film tells {told} emitters apart, but the scene has {emitters}"
+                "the film separates {told} emitters, but the scene has {emitters}"
             );
         }
     }

@@ -173,7 +173,7 @@ fn described_medium(
         && medium.emission.as_ref().is_none_or(is_uniform);
     if !uniform {
         let message = format!(
-            "the medium of label {label} varies in space: those of labels are homogeneous, but for their index"
+            "the medium of label {label} varies in space: media of labels must be homogeneous, except for their index"
         );
         context.error_at(&described.location, message);
     }

@@ -28,13 +28,13 @@ impl Voxels {
         let (volume, source) = read::<f32>(object, context);
         let volume = volume?;
         if source.placement != Placement::Centers {
-            let message = "labels are those of voxels: their placement is 'centers'";
+            let message = "the placement of labels must be 'centers'";
             context.error_at(location, message);
             return None;
         }
         if volume.channels() != 1 {
             let message = format!(
-                "labels have one channel, the volume has {}",
+                "labels must have one channel, but the volume has {}",
                 volume.channels()
             );
             context.error_at(location, message);
@@ -46,7 +46,7 @@ impl Voxels {
         let size @ [nx, ny, _] = volume.size();
         if let Some(i) = volume.data().iter().position(|v| !is_label(v)) {
             let message = format!(
-                "labels are whole numbers from 0 to {LARGEST}; that of voxel ({}, {}, {}) is {}",
+                "labels must be whole numbers from 0 to {LARGEST}, but voxel ({}, {}, {}) has {}",
                 i % nx,
                 i / nx % ny,
                 i / nx / ny,
