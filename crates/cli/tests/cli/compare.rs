@@ -74,7 +74,7 @@ fn the_exit_status_tells_whether_a_limit_is_exceeded() {
     assert!(
         folder
             .succeed("compare a.exr b.npy")
-            .contains("need standard errors")
+            .contains("unknown: both images need variances")
     );
     for wrong in [
         "compare a.exr b.npy --max-z 5",

@@ -138,7 +138,7 @@ fn a_denoised_image_is_not_taken_for_an_estimate() {
     );
     let text = folder.succeed("compare b.exr a.exr --layer denoised --reference-layer=");
     assert!(
-        text.contains("b.exr is denoised: it is no estimate"),
+        text.contains("b.exr is denoised, which adds an unknown bias"),
         "{text}"
     );
     assert!(text.contains("z              not known"), "{text}");

@@ -300,7 +300,7 @@ fn one_process_works_on_a_checkpoint() {
     wait_for(|| folder.path("c.part").exists());
     // If it were not refused, the time limit would end it.
     let error = folder.refuse(&format!("{render} --time 20s"));
-    let holder = format!("'c.part' is in use: process {}", first.id());
+    let holder = format!("'c.part' is in use by process {}", first.id());
     assert!(error.contains(&holder), "{error}");
     // A killed process holds no lock.
     first.kill().unwrap();

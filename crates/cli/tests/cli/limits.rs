@@ -147,7 +147,7 @@ fn dear_parameters_are_warned_of() {
         let outcome = folder.run(&format!("{command} scene.xml"));
         let said = outcome.stdout + &outcome.stderr;
         assert!(
-            said.contains("a ray across medium 'fog' takes some 1e5 steps"),
+            said.contains("a ray across medium 'fog' takes about 1e5 steps"),
             "{said}"
         );
         assert!(said.contains("given up after 20000"), "{said}");

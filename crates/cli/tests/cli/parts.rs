@@ -263,7 +263,7 @@ fn what_is_missing_is_told() {
     let parts = "0.part 2.part 3.part 6.part";
     let text = folder.output(1, &format!("status {parts}"));
     assert!(
-        text.contains("shards 1,4-5,7 (sbatch --array=1,4-5,7)"),
+        text.contains("shards: 1,4-5,7 (sbatch --array=1,4-5,7)"),
         "{text}"
     );
     assert!(
@@ -286,7 +286,7 @@ fn what_is_missing_is_told() {
         text.contains("0.part: not a morgana part file: it is incomplete or damaged"),
         "{text}"
     );
-    assert!(text.contains("shards 0-1,4-5,7"), "{text}");
+    assert!(text.contains("shards: 0-1,4-5,7"), "{text}");
     let told = folder.run(&format!("status {parts} --missing"));
     assert_eq!(told.stdout, "0-1,4-5,7\n");
     assert!(
@@ -333,7 +333,7 @@ fn what_does_not_belong_together_is_refused() {
     );
     refused(
         "scene.xml --spp 6 --shard 1/2",
-        "a render of 6 samples, not 4",
+        "its render has 6 samples, not 4",
     );
     let other = String::from_utf8(folder.read("scene.xml"))
         .unwrap()
@@ -382,7 +382,7 @@ fn options_that_make_no_sense_are_refused() {
     let folder = fog();
     for (options, why) in [
         ("--resume", "needs --checkpoint or --shard"),
-        ("--shard 0/9", "there are more shards, 9, than samples, 4"),
+        ("--shard 0/9", "9 shards are more than the 4 samples"),
         ("--shard 0/2 -o a.exr", "make images by morgana merge"),
         (
             "--shard auto",

@@ -144,8 +144,7 @@ fn sidebands_are_not_added_to_the_light() {
     let shown = largest(&svg(&folder, "histogram film.exr"));
     assert!(shown < 1.2 * mean && shown > 0.5 * mean, "{shown}: {mean}");
     let outcome = folder.run("plot slice meter.npz --at 0.5 --array fluence_sidebands -o f.svg");
-    let expected =
-        "has values for each order, which do not add up: say which with --bin order=N, N from 0 to";
+    let expected = "has a value for each order, which must not be summed: choose one by --bin order=N, with N from 0 to";
     assert!(outcome.stderr.contains(expected), "{}", outcome.stderr);
     let [carrier, sideband] = [0, 1].map(|m| {
         let command = format!("slice meter.npz --at 0.5 --array fluence_sidebands --bin order={m}");
@@ -174,11 +173,11 @@ fn mistakes_are_named() {
         let error = outcome.stderr;
         assert!(error.contains(text), "{command}: {error}");
     };
-    says("profile a.exr --row 4 -o p.svg", "lines 0 to 3 only");
+    says("profile a.exr --row 4 -o p.svg", "only lines 0 to 3");
     says("profile a.exr --row 0 --layer no -o p.svg", "no layer 'no'");
     says(
         "profile a.exr --row 0 --channel X -o p.svg",
-        "no channel 'X'; there are B, G, R",
+        "no channel 'X': the image has B, G, R",
     );
     says(
         "profile a.exr --row 0 -o p.gif",

@@ -182,7 +182,8 @@ fn a_plot_without_anything_but_one_ray_is_a_plot() {
 
 /// Positions of all rays in the table.
 fn positions(folder: &Folder) -> Vec<(String, [f64; 3])> {
-    let text = folder.succeed(BEAM);
+    folder.succeed(&format!("{BEAM} -o table.csv"));
+    let text = String::from_utf8(folder.read("table.csv")).unwrap();
     let rows = text.lines().skip(1).map(|line| {
         let row: Vec<&str> = line.split(',').collect();
         (
