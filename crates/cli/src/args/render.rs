@@ -67,7 +67,8 @@ pub struct SamplingArgs {
     pub particles: Option<u64>,
     /// Estimator, such as auto, path, particle or bdpt.
     ///
-    /// Estimators: auto, path, particle, bdpt, vcm, photon, sppm. This option overrides the scene's. Parameters that both estimators have keep the scene's values.
+    /// Estimators: auto, path, particle, bdpt, vcm, photon, sppm. This option overrides the scene's.
+    /// Parameters that both estimators have keep the scene's values.
     #[arg(long, value_name = "NAME")]
     pub integrator: Option<String>,
     /// Sampler: independent, ldsampler or ldsampler:64; overrides the scene's.
