@@ -6,7 +6,7 @@ use super::super::sensor::fov;
 use super::super::surface_texture::{Asked, Role, accepted, screen};
 use super::super::transforms::pose;
 use super::light;
-use crate::diagnostic::shown;
+use crate::diagnostic::{lints, shown};
 use crate::ies;
 use crate::image::RgbImage;
 use crate::query::{Input, Query, misplaced_plugin};
@@ -52,15 +52,17 @@ pub(super) fn envmap(object: &ObjectDescription, context: &mut Context) -> Optio
             pixel.0 = pixel.0.map(|v| without_rounding(v, Role::Emission));
         }
     }
-    // Reject a black image.
+    // Replace a black image, which has no distribution to sample, by a uniform environment.
     if seen.are_black() {
         let message = if scale == 0.0 {
-            "the environment is black: its 'scale' is 0".to_owned()
+            "the environment is black, because its 'scale' is 0".to_owned()
         } else {
-            format!("{name}: the image is black, and so is the environment: leave it out")
+            format!("the environment is black, because all pixels of {name} are 0")
         };
-        context.error_at(&object.location, message);
-        return None;
+        let warning = lints::warning(lints::BLACK_EMITTER, message).at(&object.location);
+        context.diagnostics.push(warning);
+        let black = Environment::Constant(Spectrum::ZERO);
+        return Some(Emitter::Environment(black));
     }
     let environment = Environment::image(image.width, image.height, pixels, orientation);
     context
