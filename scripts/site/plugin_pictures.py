@@ -321,6 +321,19 @@ def emitters(folder: Path) -> dict[str, tuple[str, Any]]:
             "Sunlight: sharp, parallel shadows",
             lambda: lit({"sun": {"type": "directional", "direction": [0.6, -0.75, -0.55], "irradiance": 3}, "fill": fill}),
         ),
+        "emitter-directionalarea": (
+            "A square that sends its light along its normal: a square of light with sharp shadows",
+            lambda: lit(
+                {
+                    "panel": {
+                        "type": "rectangle",
+                        "to_world": [{"scale": [0.7, 0.7, 1]}, *lookat([-1.4, 3, 1.6], [0, 0.3, 0])],
+                        "emitter": {"type": "directionalarea", "radiance": 4},
+                    },
+                    "fill": fill,
+                }
+            ),
+        ),
         "emitter-envmap": (
             "A mirror ball under an image of a sunset",
             lambda: scene(

@@ -154,14 +154,13 @@ struct Children<'a> {
     emitters: Vec<&'a ObjectDescription>,
 }
 
-/// Removes area emitters to which shapes refer: these are definitions.
+/// Removes emitters of shapes to which shapes refer: these are definitions.
 fn without_covers<'a>(
     emitters: Vec<&'a ObjectDescription>,
     shapes: &[&ObjectDescription],
 ) -> Vec<&'a ObjectDescription> {
-    let is_area = |o: &&ObjectDescription| o.kind == PluginKind::Emitter && o.plugin == "area";
     let covers: HashSet<_> = descendants(shapes.iter().copied())
-        .filter(is_area)
+        .filter(|o| emitter::is_on_shape(o))
         .map(|o| o.number)
         .collect();
     let stays = |emitter: &&ObjectDescription| !covers.contains(&emitter.number);

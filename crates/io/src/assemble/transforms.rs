@@ -9,7 +9,7 @@ use transport::Orientation;
 /// each with an error of up to 5e-5, and some margin.
 const ROUNDING: f64 = 2e-4;
 /// Relative error of lengths above which a map is not considered a rotation.
-const DEFORMED: f64 = 1e-2;
+pub(super) const DEFORMED: f64 = 1e-2;
 
 /// Returns the affine map of a matrix. Reports a projective matrix.
 pub(super) fn affine(matrix: DMat4, name: &str, query: &mut Query) -> DAffine3 {

@@ -32,6 +32,7 @@ differences! {
     CONSTANT_EXTINCTION: "constant extinction", "a heterogeneous medium with a constant sigma_t fills its shape; in Mitsuba it ends at the cube [0, 1]³";
     CURVES: "curves", "curves are triangles, 24 around a tube, and visible from inside; in Mitsuba they are round, and visible only from outside";
     DEPTH: "depth", "passing null, mask or thindielectric is not a bounce for max_depth; Mitsuba counts some of these passages";
+    DIRECTIONAL_AREA: "directionalarea", "every integrator finds the light of a directionalarea; in Mitsuba only ptracer does";
     DIRECT_SAMPLES: "direct", "the light of point, spot and directional emitters counts once, for any number of emitter samples; Mitsuba's direct adds the samples up";
     EXTERIOR: "exterior", "without an exterior, the surrounding medium is outside a shape; in Mitsuba no medium is";
     EXT_IOR: "ext_ior", "without an ext_ior, the index outside is the index of the surrounding medium, 1 in empty space; Mitsuba uses air, 1.000277";

@@ -251,4 +251,10 @@ pub(super) const PLUGINS: &[Plugin] = &[
         &[&[spectrum("radiance", "radiance, W/(m² sr), ≥ 0").or(1.0)]],
         &[texture("radiance")],
     ),
+    plugin(
+        "directionalarea",
+        "Parallel light along the normals of the rectangle or disk that it belongs to.",
+        &[&[spectrum("radiance", "the irradiance of the light, W/m², ≥ 0").or(1.0)]],
+        &[],
+    ),
 ];

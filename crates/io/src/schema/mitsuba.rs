@@ -127,11 +127,6 @@ const ABSENT: &[(PluginKind, &str, &str)] = &[
     ),
     (
         PluginKind::Emitter,
-        "directionalarea",
-        "use 'collimated' with the profile 'disc' or 'rectangle', an emitter of its own at the place of the shape",
-    ),
-    (
-        PluginKind::Emitter,
         "timed_sunsky",
         "use 'sunsky', for one time; mean over times by several renders",
     ),
@@ -231,6 +226,6 @@ mod tests {
                 .filter(|name| has_parameter(kind, plugin.name, name))
                 .count()
         };
-        assert_eq!(shared.map(count).sum::<usize>(), 339);
+        assert_eq!(shared.map(count).sum::<usize>(), 340);
     }
 }

@@ -125,6 +125,7 @@ fn examples() -> Vec<(&'static str, String, String)> {
             r#""interior": {"type": "homogeneous", "sigma_t": 0.1, "id": "outer"}"#).replace(r#""id": "hull""#, r#""id": "outer""#)),
         ("ext_ior", surface(r#"{"type": "dielectric"}"#), surface(r#"{"type": "dielectric", "ext_ior": "air"}"#)),
         ("format", film(r#", "component_format": "float16""#), film(r#", "component_format": "float32", "file_format": "openexr""#)),
+        ("directionalarea", scene(r#""l": {"type": "rectangle", "e": {"type": "directionalarea"}}, "#), scene(r#""l": {"type": "rectangle", "e": {"type": "area"}}, "#)),
         ("hide_emitters", scene(r#""i": {"type": "path", "hide_emitters": true}, "#), scene(r#""i": {"type": "path", "hide_emitters": false}, "#)),
         ("mask", surface(r#"{"type": "mask", "b": {"type": "diffuse"}}"#).replace("constant", "point"), surface(r#"{"type": "mask", "b": {"type": "diffuse"}}"#)),
         ("mesh normals", tetrahedron(outside).replace("true", "false").replace("COLOURS", ROUND),

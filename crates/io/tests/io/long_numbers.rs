@@ -32,6 +32,9 @@ fn scene(kind: PluginKind, object: Value) -> Value {
         PluginKind::Emitter if object["type"] == "area" => {
             scene["ball"] = json!({"type": "sphere", "emitter": object});
         }
+        PluginKind::Emitter if object["type"] == "directionalarea" => {
+            scene["panel"] = json!({"type": "rectangle", "emitter": object});
+        }
         _ => scene[kind.tag()] = object,
     }
     scene

@@ -15,6 +15,7 @@ mod condensed;
 mod crops;
 mod dialects;
 mod differences;
+mod directional_area;
 mod dispersion;
 mod doubling;
 mod doubts;

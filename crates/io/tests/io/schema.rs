@@ -25,8 +25,8 @@ fn scene(kind: PluginKind, plugin: &str, object: &str) -> String {
         PluginKind::Rfilter => format!(
             r#""sensor": {{"type": "perspective", "fov": 40, "film": {{"type": "hdrfilm", "rfilter": {object}}}}}"#
         ),
-        PluginKind::Emitter if plugin == "area" => {
-            format!(r#"{sensor}, "s": {{"type": "sphere", "emitter": {object}}}"#)
+        PluginKind::Emitter if ["area", "directionalarea"].contains(&plugin) => {
+            format!(r#"{sensor}, "s": {{"type": "rectangle", "emitter": {object}}}"#)
         }
         PluginKind::Bsdf => format!(r#"{sensor}, "s": {{"type": "sphere", "bsdf": {object}}}"#),
         PluginKind::Texture => format!(

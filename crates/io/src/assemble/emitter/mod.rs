@@ -1,6 +1,7 @@
 //! Emitters of the scene.
 
 mod beam;
+mod directional_area;
 mod files;
 mod spot;
 mod sun;
@@ -14,16 +15,26 @@ use super::surface_texture::{Role, Vertices, texture};
 use super::transforms::axis;
 use crate::query::{Input, Query, misplaced_plugin, unknown_plugin};
 use crate::scene::{ObjectDescription, PluginKind};
+use glam::DAffine3;
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 use transport::emitter::{Emitter, Environment, TexturedArea};
 use transport::scene::Parts;
 use transport::shape::Shape;
 
+/// Plugins of emitters that belong inside a shape.
+const ON_SHAPES: [&str; 2] = ["area", "directionalarea"];
+
+/// True for an emitter that belongs inside a shape.
+pub(super) fn is_on_shape(object: &ObjectDescription) -> bool {
+    object.kind == PluginKind::Emitter && ON_SHAPES.contains(&object.plugin.as_str())
+}
+
 /// Adds an emitter of the scene.
 pub(super) fn add(object: &ObjectDescription, context: &mut Context) {
-    if object.plugin == "area" {
-        let message = "an area emitter belongs inside its shape";
+    if is_on_shape(object) {
+        let name = &object.plugin;
+        let message = format!("an emitter '{name}' belongs inside the shape that it covers");
         context.error_at(&object.location, message);
         return;
     }
@@ -40,19 +51,47 @@ pub(super) fn add(object: &ObjectDescription, context: &mut Context) {
     }
 }
 
-/// Adds the area emitter of a shape that will become object `index`; returns its index.
-pub(super) fn add_area(
+/// Shape that has an emitter.
+pub(super) struct Host<'a> {
+    pub description: &'a ObjectDescription,
+    /// Index of the object that the shape will become.
+    pub index: usize,
+    pub geometry: &'a Shape,
+    /// Map from the local coordinates of the shape to the world.
+    pub frame: DAffine3,
+    pub vertices: &'a Vertices,
+}
+
+/// Adds the emitter of a shape. Returns its index if rays hit the emitter when they hit the shape.
+pub(super) fn add_on_shape(
     object: &ObjectDescription,
-    shape: &ObjectDescription,
-    index: usize,
-    geometry: &Shape,
-    vertices: &Vertices,
+    host: &Host,
     context: &mut Context,
 ) -> Option<usize> {
-    if object.plugin != "area" {
-        misplaced_plugin(object, &["area"], context.diagnostics);
-        return None;
+    match object.plugin.as_str() {
+        "area" => add_area(object, host, context),
+        "directionalarea" => {
+            let emitter = directional_area::directional_area(object, host, context)?;
+            let id = object.id.as_ref().or(host.description.id.as_ref());
+            push(emitter, object, id.cloned(), context);
+            None
+        }
+        _ => {
+            misplaced_plugin(object, &ON_SHAPES, context.diagnostics);
+            None
+        }
     }
+}
+
+/// Adds the area emitter of a shape; returns its index.
+fn add_area(object: &ObjectDescription, host: &Host, context: &mut Context) -> Option<usize> {
+    let Host {
+        description: shape,
+        index,
+        geometry,
+        vertices,
+        ..
+    } = *host;
     let mut query = Query::new(object, context.diagnostics);
     let radiance = query.texture_or_spectrum("radiance");
     query.finish(&[]);

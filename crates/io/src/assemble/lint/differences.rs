@@ -167,6 +167,7 @@ fn of_object(object: &ObjectDescription) -> Vec<Difference> {
             wrapped.then_some(WRAP_MODE).into_iter().collect()
         }
         (PluginKind::Sensor, "radiancemeter") => vec![RADIANCEMETER],
+        (PluginKind::Emitter, "directionalarea") => vec![DIRECTIONAL_AREA],
         _ => Vec::new(),
     }
 }

@@ -136,8 +136,14 @@ fn add_at(object: &ObjectDescription, place: Option<DAffine3>, context: &mut Con
         }
         None => placeholder(),
     };
-    let emitter =
-        light.and_then(|l| emitter::add_area(&l, object, index, &shape, &vertices, context));
+    let host = emitter::Host {
+        description: object,
+        index,
+        geometry: &shape,
+        frame: place.unwrap_or(DAffine3::IDENTITY) * frame,
+        vertices: &vertices,
+    };
+    let emitter = light.and_then(|light| emitter::add_on_shape(&light, &host, context));
     push(object, shape, surface.bsdf, emitter, wish, context);
 }
 

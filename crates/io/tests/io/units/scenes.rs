@@ -152,6 +152,11 @@ pub fn emitters() -> Vec<(&'static str, String)> {
             "area",
             r#""light": {"type": "sphere", "center": [0.2@1, 3@1, -1@1], "radius": 0.3@1, "emitter": {"type": "area", "radiance": 20}}"#.to_owned(),
         ),
+        (
+            "directionalarea",
+            r#""light": {"type": "disk", "emitter": {"type": "directionalarea", "radiance": 20},
+                "to_world": [{"scale": [0.4@1, 0.4@1, 1]}, {"rotate": {"axis": [1, 0, 0], "angle": 90}}, {"translate": [0.2@1, 3@1, 0]}]}"#.to_owned(),
+        ),
     ]
 }
 
