@@ -12,7 +12,7 @@ use std::f64::consts::PI;
 use testkit::quadrature::Effort;
 use testkit::{DirectionTable, Family, Mass, Rng, Table, uniform_edges};
 
-fn sensors(map: DAffine3) -> [(&'static str, Sensor); 4] {
+fn sensors(map: DAffine3) -> [(&'static str, Sensor); 5] {
     let pinhole = Perspective::new(map, 1.4, 1.6);
     let lens = ThinLens::new(pinhole.clone(), 0.3, 1.7);
     let stop = ApertureStop::with_knife(0.2, DVec2::new(1.0, -2.0), 0.05);
@@ -23,6 +23,7 @@ fn sensors(map: DAffine3) -> [(&'static str, Sensor); 4] {
             "orthographic",
             Sensor::Orthographic(Orthographic::new(map, 1.6)),
         ),
+        ("round", Sensor::Orthographic(Orthographic::round(map))),
         (
             "telecentric",
             Sensor::Telecentric(Telecentric::new(map, 1.6, 1.7, stop)),
@@ -131,7 +132,8 @@ fn positions(sensor: &Sensor) -> f64 {
     let SensorRay { origin, direction } = sensor.ray([0.5; 2], [0.5; 2]);
     let frame = Frame::from_normal(direction);
     let reach = [[0.0, 0.0], [0.0, 1.0]].map(|c| sensor.ray(c, [0.5; 2]).origin.distance(origin));
-    let reach = reach[0].max(reach[1]) * 1.01;
+    // Both corners of a round image lie on its rim, in conjugate directions of the ellipse.
+    let reach = reach[0].hypot(reach[1]) * 1.01;
     let edges = uniform_edges(-reach, reach, 16);
     let draw = |rng: &mut Rng| {
         let ray = sensor.ray(rng.uniform(), [0.5; 2]);
