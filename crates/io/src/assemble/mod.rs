@@ -12,6 +12,7 @@ mod colour;
 mod content;
 mod context;
 mod described;
+mod distant;
 mod division;
 mod emitter;
 mod field;

@@ -3,6 +3,7 @@
 use super::aperture::{Opening, SHAPES};
 use super::context::Context;
 use super::described::{METERS, diffracts, is_meter};
+use super::distant::Distant;
 use super::film::{self, FilmParts};
 use super::medium;
 use super::sampler::{self, Samples};
@@ -15,6 +16,7 @@ use eikonal::Aabb;
 use glam::{DAffine3, DMat3, DVec3};
 use std::ops::Bound;
 use std::sync::Arc;
+use transport::film::Filter;
 use transport::scene::{FilmSpec, FilmWindow, MediumId};
 use transport::sensor::{
     ApertureStop, Batch, Orthographic, Perspective, Sensor, Telecentric, ThinLens,
@@ -55,6 +57,9 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
     let mut film = film::build(film.as_deref(), context);
     let samples = sampler::build(sampler.as_deref(), SAMPLES, context);
     let medium = inside.map(|m| medium::medium(&m, context));
+    if object.plugin == "distant" {
+        one_mean(object, &mut film.spec, context);
+    }
     if object.plugin == "radiancemeter" && film.spec.width * film.spec.height > 1 {
         let message = "a radiancemeter sees along one ray: all pixels of its film show nearly the same; give it 1 x 1";
         let warning = lints::warning(lints::POINT_SENSOR, message).at(&object.location);
@@ -108,11 +113,29 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
     })
 }
 
+/// Prepares the film of a distant sensor, which holds one mean: every sample counts alike.
+fn one_mean(object: &ObjectDescription, spec: &mut FilmSpec, context: &mut Context) {
+    if [spec.width, spec.height] != [1, 1] || spec.window.is_some() {
+        let message = format!(
+            "a distant sensor measures one mean, but its film has {} x {} pixels: give the film width 1 and height 1, \
+             or use 'orthographic' for an image",
+            spec.width, spec.height
+        );
+        context.error_at(&object.location, message);
+    }
+    spec.filter = Filter::Box;
+}
+
 /// Reads a camera of a batch. Its film and sampler are ignored, as in Mitsuba. `None` after an
 /// error.
 fn view(object: &ObjectDescription, context: &mut Context) -> Option<View> {
     if object.plugin == "batch" || is_meter(object) {
         let message = "a batch must contain cameras, not other batches or meters";
+        context.error_at(&object.location, message);
+        return None;
+    }
+    if object.plugin == "distant" {
+        let message = "a distant sensor has no image, and cannot be in a batch: render it alone";
         context.error_at(&object.location, message);
         return None;
     }
@@ -300,6 +323,7 @@ enum Optics {
     Pinhole(Fov),
     ThinLens(Lens),
     Orthographic,
+    Distant(Distant),
     Telecentric(f64, Stop),
 }
 
@@ -344,6 +368,7 @@ fn optics(object: &ObjectDescription, frame: &DAffine3, q: &mut Query) -> Option
             })
         }
         "orthographic" => Optics::Orthographic,
+        "distant" => Optics::Distant(Distant::read(frame, q)),
         "radiancemeter" => Optics::Pinhole(Fov {
             angle: RAY.to_radians(),
             axis: "x",
@@ -478,6 +503,7 @@ impl View {
                 })
             }
             Optics::Orthographic => Sensor::Orthographic(Orthographic::new(frame, aspect)),
+            Optics::Distant(distant) => Sensor::Orthographic(distant.sensor(&context.objects)),
             Optics::Telecentric(distance, stop) => {
                 let stop = match stop {
                     Stop::Open { radius, opening } => {

@@ -70,6 +70,11 @@ impl<'a, 'd> Query<'a, 'd> {
         self.property(name).is_some() || self.named_child(name).is_some()
     }
 
+    /// Returns the place to which errors go, for a query of a child.
+    pub(crate) fn diagnostics(&mut self) -> &mut Diagnostics {
+        self.diagnostics
+    }
+
     /// Reports an error at the value of a parameter, or at the object if it has no parameter of
     /// that name.
     pub fn error(&mut self, name: &str, message: impl Into<String>) {

@@ -152,11 +152,6 @@ const ABSENT: &[(PluginKind, &str, &str)] = &[
         "kkay",
         "fibres are not modelled, because scatterers have no direction: use 'hg' or 'tabphase'",
     ),
-    (
-        PluginKind::Sensor,
-        "distant",
-        "use 'orthographic', whose rays are parallel, or 'radiancemeter' for a single one",
-    ),
     (PluginKind::Shape, "ellipsoids", ELLIPSOIDS),
     (PluginKind::Shape, "ellipsoidsmesh", ELLIPSOIDS),
     (
@@ -226,6 +221,6 @@ mod tests {
                 .filter(|name| has_parameter(kind, plugin.name, name))
                 .count()
         };
-        assert_eq!(shared.map(count).sum::<usize>(), 340);
+        assert_eq!(shared.map(count).sum::<usize>(), 348);
     }
 }

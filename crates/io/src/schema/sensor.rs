@@ -4,7 +4,7 @@ use super::integrator::TAGGED;
 use super::parameter::{TO_WORLD, boolean, float, integer, point, spectrum, text, vector, word};
 use super::row::{many, one, own_plugin, plugin, role};
 use super::{Parameter, Plugin, Slot};
-use crate::scene::PluginKind::{Film, Medium, Rfilter, Sampler, Sensor, Texture};
+use crate::scene::PluginKind::{Film, Medium, Rfilter, Sampler, Sensor, Shape, Texture};
 
 const CAMERA: &[Parameter] = &[
     TO_WORLD,
@@ -123,6 +123,14 @@ const RAY: &[Parameter] = &[
         "origin, instead of to_world, together with direction",
     ),
     vector("direction", "direction, instead of to_world, not zero"),
+];
+
+const DISTANT: &[Parameter] = &[
+    vector(
+        "direction",
+        "of the rays that leave the sensor, in place of to_world; not zero",
+    ),
+    point("target", "in the world: where all rays go"),
 ];
 
 const TELECENTRIC: &[Parameter] = &[
@@ -317,6 +325,22 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "Light along one ray: a pinhole camera with a view of 0.001°.",
         &[RAY, CAMERA],
         PICTURE,
+    ),
+    plugin(
+        "distant",
+        "Mean radiance that leaves the scene, or a part of it, in one direction. The film has one pixel.",
+        &[DISTANT, CAMERA],
+        &[
+            role(
+                Shape,
+                "target",
+                "A rectangle or disk: the mean over its area. It is no part of the scene.",
+            ),
+            one(Film, "One pixel."),
+            one(Rfilter, "Ignored: filters belong into the film."),
+            one(Sampler, "The number of samples."),
+            one(Medium, "The medium that the sensor is in."),
+        ],
     ),
     own_plugin(
         "fluencemeter",

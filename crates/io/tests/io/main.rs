@@ -17,6 +17,7 @@ mod dialects;
 mod differences;
 mod directional_area;
 mod dispersion;
+mod distant;
 mod doubling;
 mod doubts;
 mod edges;

@@ -347,7 +347,10 @@ fn of_camera(known: &Known) -> Vec<Difference> {
             SENSOR_MEDIUM,
             inside != AMBIENT && !clear && of_kind(PluginKind::Medium).is_none(),
         ),
-        (CLIPPING, is_clipped(sensor, known.scene)),
+        (
+            CLIPPING,
+            sensor.plugin != "distant" && is_clipped(sensor, known.scene),
+        ),
     ])
 }
 
