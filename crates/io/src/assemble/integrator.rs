@@ -22,7 +22,7 @@ use transport::renderer::Renderer;
 pub(super) const AUTO: &str = "auto";
 /// Names by which scene files and command lines request an estimator. `path`, `volpath` and
 /// `volpathmis` are the same path tracer; `particle` and `ptracer` are the same particle tracer.
-const KNOWN: [(&str, Kind); 12] = [
+const KNOWN: [(&str, Kind); 13] = [
     (AUTO, Kind::Auto),
     ("path", Kind::Path),
     ("volpath", Kind::Path),
@@ -33,6 +33,7 @@ const KNOWN: [(&str, Kind); 12] = [
     ("bdpt", Kind::Bdpt),
     ("vcm", Kind::Vcm),
     ("aov", Kind::Aov),
+    ("depth", Kind::Depth),
     ("photon", Kind::Photon),
     ("sppm", Kind::Sppm),
 ];
@@ -52,8 +53,17 @@ pub(super) enum Kind {
     Bdpt,
     Vcm,
     Aov,
+    /// The quantity `depth` alone, as by Mitsuba's integrator of that name.
+    Depth,
     Photon,
     Sppm,
+}
+
+impl Kind {
+    /// True if quantities of sensor rays replace light.
+    fn is_of_quantities(self) -> bool {
+        matches!(self, Kind::Aov | Kind::Depth)
+    }
 }
 
 /// Rendering method of a scene.
@@ -121,7 +131,7 @@ impl Parameters {
             connections,
         } = self.bdpt;
         Some(match kind {
-            Kind::Aov => return None,
+            Kind::Aov | Kind::Depth => return None,
             Kind::Auto | Kind::Path => Integrator::Path(PathTracer {
                 max_depth,
                 rr_depth,
@@ -156,7 +166,7 @@ impl Parameters {
 fn is_aov(root: &ObjectDescription, options: &LoadOptions) -> bool {
     let name = options.integrator.as_deref();
     let name = name.or(nested_in(root).map(|o| held(o).plugin.as_str()));
-    name.and_then(find) == Some(Kind::Aov)
+    name.and_then(find).is_some_and(Kind::is_of_quantities)
 }
 
 /// Returns the channels of a scene. Quantities that replace light have one channel, unless one of
@@ -223,18 +233,20 @@ pub(super) fn build(
         Kind::Path
     });
     // Read its parameters.
-    let is_aov = kind == Kind::Aov;
+    let is_aov = kind.is_of_quantities();
     let mut parameters = Parameters::default();
     if let (Some(object), Some(written)) = (object, written) {
         parameters = read(object, written, context);
-        if written == Kind::Aov && is_aov {
+        if written == Kind::Aov && kind == Kind::Aov {
             let setting = Setting::new(object, squared, context);
             let mut query = Query::new(object, context.diagnostics);
             let own = AskedQuantities::of(&mut query, &setting);
             quantities.add(own, &mut query);
         }
     }
-    if is_aov && quantities.is_empty() {
+    if kind == Kind::Depth {
+        quantities.add_depth(squared);
+    } else if is_aov && quantities.is_empty() {
         quantities = AskedQuantities::all();
     }
     if is_aov {

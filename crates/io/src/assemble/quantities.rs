@@ -161,6 +161,17 @@ impl AskedQuantities {
         }
     }
 
+    /// Adds the distance to the first surface, unless it is requested already.
+    pub(super) fn add_depth(&mut self, squared: bool) {
+        if self.list.iter().all(|asked| asked.aov != Aov::Depth) {
+            self.list.push(Asked {
+                aov: Aov::Depth,
+                name: None,
+                squared,
+            });
+        }
+    }
+
     /// Adds the quantities of a nested `aov`.
     pub(super) fn add(&mut self, inner: Self, query: &mut Query) {
         let is_second = !self.is_empty();

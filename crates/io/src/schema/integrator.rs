@@ -180,6 +180,12 @@ pub(super) const PLUGINS: &[Plugin] = &[
         ],
     ),
     plugin(
+        "depth",
+        "Distance from the camera to the first surface, instead of light: aov with the quantity depth.",
+        &[DEPTH, COMMON],
+        &[],
+    ),
+    plugin(
         "moment",
         "Image of its first integrator, with second moments of the image.",
         &[],

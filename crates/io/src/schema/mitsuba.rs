@@ -90,6 +90,7 @@ const PARAMETERS: &[(PluginKind, &[&str])] = &[
 const OF_OTHERS: &[(PluginKind, &str, &[&str])] = &[
     (PluginKind::Emitter, "projector", &["fov_axis"]),
     (PluginKind::Integrator, "aov", &["max_depth", "rr_depth"]),
+    (PluginKind::Integrator, "depth", &["max_depth", "rr_depth"]),
     (PluginKind::Integrator, "direct", &["rr_depth"]),
     (PluginKind::Integrator, "ptracer", &["block_size"]),
     (PluginKind::Sampler, "multijitter", &["strength"]),
@@ -134,11 +135,6 @@ const ABSENT: &[(PluginKind, &str, &str)] = &[
         PluginKind::Film,
         "specfilm",
         "use 'hdrfilm' with the pixel_format 'spectral' and 'wavelengths'",
-    ),
-    (
-        PluginKind::Integrator,
-        "depth",
-        "use 'aov' with aovs 'd:depth'",
     ),
     (PluginKind::Integrator, "prb", DERIVATIVES),
     (PluginKind::Integrator, "prb_basic", DERIVATIVES),
@@ -221,6 +217,6 @@ mod tests {
                 .filter(|name| has_parameter(kind, plugin.name, name))
                 .count()
         };
-        assert_eq!(shared.map(count).sum::<usize>(), 348);
+        assert_eq!(shared.map(count).sum::<usize>(), 352);
     }
 }

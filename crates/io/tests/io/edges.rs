@@ -66,8 +66,8 @@ fn integrators_that_speed_others_up_are_those() {
 /// Plugins that only Mitsuba has are reported with a replacement.
 #[test]
 fn missing_plugins_name_a_substitute() {
-    let message = load("3.0.0", "", r#"<integrator type="depth"/>"#).unwrap_err();
-    let said = ["unknown integrator type 'depth'", "use 'aov' with aovs"];
+    let message = load("3.0.0", "", r#"<integrator type="prb"/>"#).unwrap_err();
+    let said = ["unknown integrator type 'prb'", "render with 'path'"];
     assert!(said.iter().all(|s| message.contains(s)), "{message}");
 }
 

@@ -320,7 +320,7 @@ fn mistakes_have_places_and_help() {
         &integrator("metropolis", ""),
         None,
         &[
-            "known types: auto, path, volpath, volpathmis, direct, particle, ptracer, bdpt, vcm, aov, moment, stokes, tagged, photon, sppm\n",
+            "known types: auto, path, volpath, volpathmis, direct, particle, ptracer, bdpt, vcm, aov, depth, moment, stokes, tagged, photon, sppm\n",
         ],
     );
     refused(

@@ -210,6 +210,35 @@ fn second_moments_are_of_their_channels() {
     }
 }
 
+/// `depth` is an `aov` with the quantity of that name alone.
+#[test]
+fn the_integrator_depth_shows_the_distance() {
+    const DEPTH: &str = r#"<integrator type="depth" name="d"/>"#;
+    let (depth, listed) = (accepted(DEPTH), accepted(&aov("depth", "")));
+    assert_eq!(depth.channel_names, ["depth.T"]);
+    assert_eq!(depth.channel_names, listed.channel_names);
+    assert_eq!(render(&depth).film, render(&listed).film);
+    let by_caller = |integrator: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("scene.xml");
+        let body = BODY.replace("FILM", "");
+        let text = format!("<scene version=\"3.0.0\">\n{integrator}{body}");
+        fs::write(&path, text).unwrap();
+        let options = LoadOptions {
+            integrator: Some("depth".into()),
+            ..LoadOptions::default()
+        };
+        load_scene(&path, &options).unwrap_or_else(|d| panic!("{d}"))
+    };
+    for integrator in [PATH, &aov("position", "")] {
+        assert_eq!(by_caller(integrator).channel_names, ["depth.T"]);
+    }
+    let beside = accepted(&aov("p:position, depth", DEPTH));
+    let expected = set(&["depth.T", "p.X", "p.Y", "p.Z"]);
+    let found = beside.channel_names.iter().cloned();
+    assert_eq!(found.collect::<BTreeSet<_>>(), expected);
+}
+
 /// The image of the nested integrator is unchanged, bit for bit.
 #[test]
 fn pictures_stay_as_they_are() {

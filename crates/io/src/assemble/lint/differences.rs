@@ -183,7 +183,10 @@ fn of_integrator(object: &ObjectDescription) -> Vec<Difference> {
     chosen([
         (NESTED_INTEGRATORS, nested > 1),
         (MOMENT, plugin == "moment"),
-        (AOV, plugin == "aov" && shows_surfaces(object)),
+        (
+            AOV,
+            plugin == "depth" || (plugin == "aov" && shows_surfaces(object)),
+        ),
         (DIRECT_SAMPLES, plugin == "direct" && adds),
         (HIDE_EMITTERS, is_true(object, "hide_emitters")),
     ])
