@@ -101,11 +101,11 @@ const DERIVATIVES: &str =
     "render with 'path', and compute derivatives in Python by morgana.derivatives";
 const MEASURED: &str = "tables of measured reflectances are not read: fit a 'principled' or a 'roughconductor' to them";
 const ELLIPSOIDS: &str =
-    "Gaussian splats are not read: media take their extinction from a 'gridvolume'";
+    "Gaussian splats are not read: media take their extinction from a 'gridvolume', and an ellipsoid is a 'sphere' whose to_world has a scale along each axis";
 
 /// Advice on phase functions of oriented flakes.
 const FLAKES: &str =
-    "flakes are not modelled, because scatterers have no direction: use 'hg' or 'tabphase'";
+    "flakes are not modelled, because neither extinction nor scattering depends on an orientation: use 'hg' or 'tabphase'";
 
 /// Plugins of Mitsuba 3.9.1 or earlier that morgana does not have, each with advice on substitutes.
 const ABSENT: &[(PluginKind, &str, &str)] = &[
@@ -134,7 +134,7 @@ const ABSENT: &[(PluginKind, &str, &str)] = &[
     (
         PluginKind::Film,
         "specfilm",
-        "use 'hdrfilm' with the pixel_format 'spectral' and 'wavelengths'",
+        "use 'hdrfilm' with the pixel_format 'spectral' and 'wavelengths', and add its channels with the response as weights",
     ),
     (PluginKind::Integrator, "prb", DERIVATIVES),
     (PluginKind::Integrator, "prb_basic", DERIVATIVES),
