@@ -26,6 +26,7 @@ PROSE = {
     "integrator": "../../scene-format.md#integrator",
     "integrator.aov": "../../scene-format.md#other-quantities-than-light",
     "sensor": "../../scene-format.md#sensor-film-filter-sampler",
+    "sensor.distant": "../../scene-format.md#distant-sensors",
     "sensor.fluencemeter": "../../meters.md#parameters",
     "sensor.irradiancemeter": "../../meters.md#parameters",
     "film": "../../scene-format.md#layers-of-light",
