@@ -126,7 +126,7 @@ pub enum Field {
     Sum(Sum),
     /// A field under an affine transform.
     Affine(Affine),
-    /// A field scaled by a constant.
+    /// A field at another wavelength.
     Scaled(Scaled),
 }
 
@@ -247,7 +247,7 @@ impl Field {
             Field::Acoustic(f) => f.step_scale(v),
             Field::Sum(f) => f.step_scale(x, v),
             Field::Affine(f) => f.step_scale(x, v),
-            Field::Scaled(f) => f.inner().step_scale(x, v),
+            Field::Scaled(f) => f.step_scale(x, v),
             _ => self.length_scale(x),
         }
     }

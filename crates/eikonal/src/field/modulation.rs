@@ -108,8 +108,9 @@ fn collect(field: &Field, terms: &mut Vec<Term>) {
             let first = terms.len();
             collect(f.inner(), terms);
             for term in &mut terms[first..] {
-                term.square *= f.square();
-                term.per_gradient /= f.square();
+                let square = f.factor() * f.factor();
+                term.square *= square;
+                term.per_gradient /= square;
             }
             return;
         }

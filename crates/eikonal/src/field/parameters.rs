@@ -195,10 +195,9 @@ impl Field {
                 let rows = f.to_world_rows().to_vec();
                 followed_by(f.inner(), FieldParameter::new("to_world", &[3, 4], rows))
             }
-            Field::Scaled(f) => followed_by(
-                f.inner(),
-                FieldParameter::of("factor", vec![f.square().sqrt()]),
-            ),
+            Field::Scaled(f) => {
+                followed_by(f.inner(), FieldParameter::of("factor", vec![f.factor()]))
+            }
             _ => analytic!(self, f => named(f), Vec::new()),
         }
     }
@@ -267,9 +266,10 @@ impl Field {
             }
             Field::Scaled(f) => {
                 let (inner, factor) = into.split_at_mut(f.inner().sum_count());
-                let (n2, gradient) = f.gradient(x);
-                factor[0] += by.of(n2, gradient) * 2.0 / f.square().sqrt();
-                f.inner().add_parameter_derivative(x, f.unscaled(by), inner);
+                let of_factor = f.by_factor(x);
+                factor[0] += by.of(of_factor.n2, of_factor.gradient);
+                let by = f.unscaled(x, by);
+                f.inner().add_parameter_derivative(x, by, inner);
             }
             _ => analytic!(self, f => analytic::add_derivative(f, x, by, into), ()),
         }
@@ -364,12 +364,12 @@ impl Field {
             Field::Scaled(f) => {
                 let (inner, factor) = change.split_at(f.inner().sum_count());
                 let local = f.inner().index_change(x, inner);
-                let (n2, gradient) = f.gradient(x);
-                let grown = factor[0] * 2.0 / f.square().sqrt();
-                IndexChange {
-                    n2: local.n2 * f.square() + n2 * grown,
-                    gradient: local.gradient * f.square() + gradient * grown,
-                }
+                let of_factor = f.by_factor(x);
+                let of_factor = IndexChange {
+                    n2: of_factor.n2 * factor[0],
+                    gradient: of_factor.gradient * factor[0],
+                };
+                f.change(x, local) + of_factor
             }
             _ => by_columns(change, |by, into| {
                 self.add_parameter_derivative(x, by, into)

@@ -1,7 +1,7 @@
 //! Derivatives with respect to all parameters of all types of fields.
 
 use super::*;
-use crate::common::Random;
+use crate::common::{Random, grid};
 use glam::{DAffine3, DVec3};
 use morgana_eikonal::Aabb;
 use morgana_eikonal::connect::Unbounded;
@@ -174,6 +174,61 @@ fn fields_by_their_parameters() {
                     "{name} {i}: {error:e}"
                 );
             }
+        }
+    }
+}
+
+/// The scaled excess of a grid by its factor, from differences, and by the grid's samples, from
+/// differences of the index law n = b + s (n₀ − b) along changes of n₀² and ∇n₀².
+#[test]
+fn excess_of_a_grid_by_its_parameters() {
+    let (background, factor, h) = (1.2, 1.4, 1e-4);
+    let unscaled: Field = grid(Placement::Nodes).into();
+    let scaled = |s: f64| -> Field {
+        Scaled::excess(grid(Placement::Nodes), background, s)
+            .unwrap()
+            .into()
+    };
+    let square = |n2: f64, gradient: DVec3| {
+        let n = background + factor * (n2.sqrt() - background);
+        (n * n, gradient * (factor * n / n2.sqrt()))
+    };
+    let field = scaled(factor);
+    let own = field.parameter_count() - 1;
+    assert_eq!(field.parameters()[1].name, "factor");
+    assert_eq!(field.parameters()[1].values, [factor]);
+    let mut random = Random(5);
+    let region = Aabb::new(DVec3::splat(-0.7), DVec3::splat(0.7));
+    for _ in 0..5 {
+        let x = random.point(&region);
+        let mut change: Vec<f64> = (0..own).map(|_| random.between(-1.0, 1.0)).collect();
+        let of = unscaled.index_change(x, &unscaled.parameter_change(&change));
+        let (n2, gradient) = unscaled.gradient(x);
+        let ends = [h, -h].map(|h| square(n2 + h * of.n2, gradient + h * of.gradient));
+        let by_samples = [ends[0].0 - ends[1].0, (ends[0].1 - ends[1].1).length()];
+        let ends = [h, -h].map(|h| scaled(factor + h).gradient(x));
+        let by_factor = [ends[0].0 - ends[1].0, (ends[0].1 - ends[1].1).length()];
+        change.push(0.0);
+        let mut only_factor = vec![0.0; own];
+        only_factor.push(1.0);
+        for (change, expected) in [(&change, by_samples), (&only_factor, by_factor)] {
+            let found = field.index_change(x, &field.parameter_change(change));
+            for (found, expected) in [found.n2, found.gradient.length()].iter().zip(expected) {
+                // Central differences have errors of second order in h.
+                let error = (found.abs() - expected.abs() / (2.0 * h)).abs();
+                assert!(error < 1e-6 * (1.0 + found.abs()), "{found} {error:e}");
+            }
+            // Forward and reverse derivatives are transposes.
+            let by = IndexDerivative {
+                n2: 0.7,
+                gradient: DVec3::new(0.3, -0.5, 0.2),
+            };
+            let mut sums = vec![0.0; field.sum_count()];
+            field.add_parameter_derivative(x, by, &mut sums);
+            let reverse = field.parameter_derivative(sums);
+            let reverse: f64 = reverse.iter().zip(change).map(|(a, b)| a * b).sum();
+            let forward = by.n2 * found.n2 + by.gradient.dot(found.gradient);
+            assert!((forward - reverse).abs() < 1e-11, "{forward} {reverse}");
         }
     }
 }

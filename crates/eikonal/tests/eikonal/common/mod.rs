@@ -248,6 +248,24 @@ pub fn all_fields() -> Vec<Case> {
             1.5,
             CENTER,
         ),
+        Case {
+            analytic: false,
+            ..case(
+                "grid with a larger excess",
+                Scaled::excess(grid(Placement::Nodes), 1.2, 1.4).unwrap(),
+                1.5,
+                DVec3::ZERO,
+            )
+        },
+        Case {
+            analytic: false,
+            ..case(
+                "grid with a smaller excess",
+                Scaled::excess(grid(Placement::Centers), 1.2, 0.6).unwrap(),
+                1.5,
+                DVec3::ZERO,
+            )
+        },
     ]
 }
 
