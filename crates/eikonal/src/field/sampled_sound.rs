@@ -1,5 +1,6 @@
 //! Sound that is sampled on a grid (docs/theory.md#sound).
 
+use super::bspline::Sampling;
 use super::error::{FieldError, positive};
 use super::sampled_amplitude::SampledAmplitude;
 use super::sound::Sound;
@@ -204,8 +205,19 @@ impl SoundSamples {
     /// Creates the spline of n² = `square`(real and imaginary part of A).
     pub(super) fn spline(&self, square: impl Fn([f64; 2]) -> f64) -> Result<Bspline, FieldError> {
         let index = |parts: &[f32; 2]| square(parts.map(f64::from)).sqrt();
-        let indices: Vec<f64> = self.amplitude.iter().map(index).collect();
-        Bspline::smoothed(self.size, self.bounds, self.placement, &indices, self.noise)
+        let sampling = Sampling {
+            noise: self.noise,
+            double: true,
+        };
+        let samples = &self.amplitude;
+        Bspline::converted(
+            self.size,
+            self.bounds,
+            self.placement,
+            samples,
+            sampling,
+            index,
+        )
     }
 }
 

@@ -109,14 +109,26 @@ impl Bspline {
         samples: &[T],
         noise: f64,
     ) -> Result<Self, FieldError> {
+        let double = size_of::<T>() > size_of::<f32>();
+        let sampling = Sampling { noise, double };
+        Self::converted(dims, bounds, placement, samples, sampling, |n| (*n).into())
+    }
+
+    /// Creates a field like [`Bspline::smoothed`] through `index` of each sample, without a copy of
+    /// the samples.
+    pub(in crate::field) fn converted<T>(
+        dims: [usize; 3],
+        bounds: Aabb,
+        placement: Placement,
+        samples: &[T],
+        sampling: Sampling,
+        index: impl Fn(&T) -> f64,
+    ) -> Result<Self, FieldError> {
         let lattice = Lattice::new(dims, bounds, placement)?;
         check_count(dims, samples.len())?;
-        let sampling = Sampling {
-            noise: not_negative(NOISE, noise)?,
-            double: size_of::<T>() > size_of::<f32>(),
-        };
+        not_negative(NOISE, sampling.noise)?;
         Self::build(lattice, sampling, |[i, j, k]| {
-            samples[(k * dims[1] + j) * dims[0] + i].into()
+            index(&samples[(k * dims[1] + j) * dims[0] + i])
         })
     }
 
@@ -307,11 +319,11 @@ impl Bspline {
 
 /// Properties of samples.
 #[derive(Clone, Copy)]
-struct Sampling {
+pub(super) struct Sampling {
     /// Standard deviation of the noise.
-    noise: f64,
+    pub noise: f64,
     /// True if the samples have double precision.
-    double: bool,
+    pub double: bool,
 }
 
 /// Rounding of coefficients of samples in double precision, in halves of the last bit. Coefficients
