@@ -78,13 +78,14 @@ fn region(
     let bounds = within(margin);
     let uniqueness = match *holders {
         [object] if object.shape.is_convex() => {
-            let margin = margin.max(bulge(&object.shape, &bounds));
+            let bulge = bulge(&object.shape, &bounds);
             let diameter = object.shape.diameter();
-            Some(Uniqueness::new(
-                aabb.grown(margin),
-                diameter,
-                within(margin),
-            ))
+            let (margin, bounds) = if bulge > margin {
+                (bulge, within(bulge))
+            } else {
+                (margin, bounds)
+            };
+            Some(Uniqueness::new(aabb.grown(margin), diameter, bounds))
         }
         _ => None,
     };
