@@ -4,6 +4,7 @@
 use super::CondensedGrid;
 use super::content::ContentHasher;
 use super::division::{Division, LabelCounts, Places};
+use super::index_grid::IndexGrid;
 use super::placed_grid::Placed;
 use super::sound_record::SoundRecord;
 use super::texture_role::Role;
@@ -55,6 +56,8 @@ pub(super) struct Assets {
     pub grids: Table<GridKey, Arc<VolumeGrid>>,
     /// Refractive indices.
     pub fields: Table<ObjectId, Field>,
+    /// Grids of refractive indices, at the first wavelength of the film if the index depends on it.
+    pub index_grids: Table<ObjectId, IndexGrid>,
 }
 
 /// Key of a placed shape: the shape's object, and for a copy the bits of its affine map.

@@ -18,6 +18,7 @@ mod emitter;
 mod field;
 mod film;
 mod group;
+mod index_grid;
 mod instrument;
 mod integrator;
 mod lint;

@@ -2,6 +2,8 @@
 
 use super::super::content::{Content, ContentHasher, SPLINES};
 use super::super::context::Context;
+use super::super::described::disperses;
+use super::super::index_grid::{IndexGrid, Law};
 use super::super::sound_record::{FactSource, SeriesRecord, SoundRecord};
 use super::super::volume_source::{SOURCE, Source, read, read_series};
 use super::super::{placed_grid, units};
@@ -14,20 +16,12 @@ use crate::diagnostic::lints;
 use crate::query::Query;
 use crate::scene::{ObjectDescription, Value};
 use crate::volume::{Sample, Volume};
-use eikonal::field::{Bspline, FieldError, NoiseShares, Placement};
+use eikonal::field::{Bspline, FieldError, NoiseShares, Placement, Scaled};
 use eikonal::{Aabb, Field, Shown};
 
 /// Minimum plausible index. No transparent matter has a smaller one, so a smaller value comes from
 /// wrong units.
 const LEAST_INDEX: f64 = 0.9;
-
-/// Law that converts a sample q to an index: n = `n0` + `slope` (q − `reference`).
-#[derive(Clone, Copy)]
-struct Law {
-    n0: f64,
-    slope: f64,
-    reference: f64,
-}
 
 /// Samples of a grid, in single precision if the file has that, so that they need no more memory
 /// than the file.
@@ -77,85 +71,137 @@ impl Samples {
 
 /// Builds the field of a volume of type `bspline`, `gladstone_dale` or `pressure`. Samples are
 /// interpolated by tricubic B-splines, in the image of the unit cube or of the file's own box under
-/// `to_world`.
+/// `to_world`. All wavelengths of the film share the spline of the first.
 pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option<Field> {
-    // Read the samples; sound of one frequency has its own field.
     let asked = (object.plugin == "pressure").then(|| {
         let mut query = Query::new(object, context.diagnostics);
         Asked::of(&mut query)
     });
     let asked = asked.flatten();
-    let known = Asked::parameters(asked.as_ref());
-    let (samples, source) = match asked {
-        Some(Asked::Wave(wave)) => return sound(&wave, known, object, context),
-        Some(Asked::Frame(number)) => frame(number, object, context),
-        None => samples(object, context),
+    // Sound of one frequency has its own field.
+    if let Some(Asked::Wave(wave)) = &asked {
+        let known = Asked::parameters(asked.as_ref());
+        return sound(wave, known, object, context);
+    }
+    let disperses = object.plugin == "gladstone_dale" && disperses(object);
+    let first = context.channels.wavelength(0).filter(|_| disperses);
+    let grid = context.once(
+        |assets| &mut assets.index_grids,
+        object.number,
+        |context| IndexGrid::build(asked.as_ref(), first, object, context),
+    )?;
+    let nm = disperses.then(|| context.wavelength()).flatten();
+    let field = match (grid.law, nm) {
+        (Some(law), Some(nm)) if Some(nm) != first => grid.at(nm, &law, object, context)?,
+        _ => Bspline::clone(&grid.spline).into(),
     };
-    // Read the law and the smoothing.
-    let nm = wavelength(object, context);
-    let mut query = Query::new(object, context.diagnostics);
-    known.iter().for_each(|name| _ = query.has(name));
-    // Assume a known placement if the file could not be read: it may state the placement.
-    let says = samples
-        .as_ref()
-        .is_none_or(|s| each!(s, v => v.frame().is_some()));
-    let law = rest(says, object, nm, &mut query);
-    let smoothing = smoothing(&mut query);
-    let may_condense = query.boolean("condense");
-    query.finish(&[]);
-    let samples = samples?;
-    let (channels, size) = each!(&samples, v => (v.channels(), v.size()));
-    if channels != 1 {
-        let message =
-            format!("a refractive index must have one channel, but the file has {channels}");
-        context.error_at(&object.location, message);
-        return None;
+    placed(field, grid.rest, object, context)
+}
+
+impl IndexGrid {
+    /// Builds the grid of a volume, or shares an equal one. `nm` is the wavelength of a law that
+    /// depends on the wavelength of the channel.
+    fn build(
+        asked: Option<&Asked>,
+        nm: Option<f64>,
+        object: &ObjectDescription,
+        context: &mut Context,
+    ) -> Option<Self> {
+        // Read the samples.
+        let known = Asked::parameters(asked);
+        let (samples, source) = match asked {
+            Some(Asked::Frame(number)) => frame(*number, object, context),
+            _ => samples(object, context),
+        };
+        // Read the law and the smoothing.
+        let mut query = Query::new(object, context.diagnostics);
+        known.iter().for_each(|name| _ = query.has(name));
+        // Assume a known placement if the file could not be read: it may state the placement.
+        let says = samples
+            .as_ref()
+            .is_none_or(|s| each!(s, v => v.frame().is_some()));
+        let law = rest(says, object, nm, &mut query);
+        let smoothing = smoothing(&mut query);
+        let may_condense = query.boolean("condense");
+        query.finish(&[]);
+        let samples = samples?;
+        let (channels, size) = each!(&samples, v => (v.channels(), v.size()));
+        if channels != 1 {
+            let message = format!("a refractive index has one channel, this has {channels}");
+            context.error_at(&object.location, message);
+            return None;
+        }
+        // Determine noise and plausibility of the samples.
+        let rounding = samples.rounding();
+        let factor = law.as_ref().map_or(1.0, |law| law.slope.abs());
+        let noise = match smoothing {
+            Smoothing::None => 0.0,
+            Smoothing::Noise(deviation) => factor * deviation,
+            Smoothing::Auto => factor * rounding.deviation,
+        };
+        let range = samples.range();
+        doubt_units(range, law.as_ref(), object, context);
+        context.grids.push(placed_grid::Placed::new(
+            placed_grid::Quantity::Index,
+            source.to_world,
+            &object.location,
+        ));
+        let placement = source.placement;
+        let (bounds, rest) = in_place(source.to_world);
+        if let Some(law) = &law {
+            each!(&samples, v => check(law, v.data().iter().map(|q| q.wide()), object, context)?);
+        }
+        // Build the field, or share an equal one.
+        let index = |q| law.as_ref().map_or(q, |law| law.index(q));
+        let rounded = factor * rounding.deviation;
+        let condensing = range.filter(|_| may_condense);
+        let tolerance = condensing.map(|range| condense::tolerance(range.map(index), rounded));
+        let grid = Grid {
+            size,
+            bounds,
+            placement,
+            noise,
+            tolerance,
+        };
+        let content = grid.content(&samples, law.as_ref());
+        let field = SPLINES.try_get(content, || grid.field(samples, index));
+        let field = context.accept(&object.location, field)?;
+        context.assets.held.push(field.clone());
+        // Report the reduction and the noise of the samples.
+        if let Some(tolerance) = tolerance.filter(|_| field.dims() != size) {
+            condense::note(size, &field, tolerance, object, context);
+        }
+        if smoothing == Smoothing::None {
+            let shares = field.noise_shares(rounded);
+            warn_of_noise(shares, rounding, object, context);
+        }
+        Some(IndexGrid {
+            spline: field,
+            rest,
+            law,
+            range,
+        })
     }
-    // Determine noise and plausibility of the samples.
-    let rounding = samples.rounding();
-    let factor = law.as_ref().map_or(1.0, |law| law.slope.abs());
-    let noise = match smoothing {
-        Smoothing::None => 0.0,
-        Smoothing::Noise(deviation) => factor * deviation,
-        Smoothing::Auto => factor * rounding.deviation,
-    };
-    let range = samples.range();
-    doubt_units(range, law.as_ref(), object, context);
-    context.grids.push(placed_grid::Placed::new(
-        placed_grid::Quantity::Index,
-        source.to_world,
-        &object.location,
-    ));
-    let placement = source.placement;
-    let (bounds, rest) = in_place(source.to_world);
-    if let Some(law) = &law {
-        each!(&samples, v => check(law, v.data(), object, context)?);
+
+    /// Returns the index at a wavelength in nm, from the grid with `law` at another one; `None`
+    /// after an error.
+    fn at(
+        &self,
+        nm: f64,
+        law: &Law,
+        object: &ObjectDescription,
+        context: &mut Context,
+    ) -> Option<Field> {
+        let mut query = Query::new(object, context.diagnostics);
+        let own = self::law(object, Some(nm), &mut query)?;
+        check(&own, self.range.into_iter().flatten(), object, context)?;
+        // With `scale` 0, the index is constant.
+        if law.slope == 0.0 {
+            return Some(Bspline::clone(&self.spline).into());
+        }
+        let field = Scaled::excess(Bspline::clone(&self.spline), law.n0, own.slope / law.slope);
+        context.accept(&object.location, field).map(Field::from)
     }
-    // Build the field, or share an equal one.
-    let index = |q| law.as_ref().map_or(q, |law| law.index(q));
-    let rounded = factor * rounding.deviation;
-    let condensing = range.filter(|_| may_condense);
-    let tolerance = condensing.map(|range| condense::tolerance(range.map(index), rounded));
-    let grid = Grid {
-        size,
-        bounds,
-        placement,
-        noise,
-        tolerance,
-    };
-    let content = grid.content(&samples, law.as_ref());
-    let field = SPLINES.try_get(content, || grid.field(samples, index));
-    let field = context.accept(&object.location, field)?;
-    context.assets.held.push(field.clone());
-    // Report the reduction and the noise of the samples.
-    if let Some(tolerance) = tolerance.filter(|_| field.dims() != size) {
-        condense::note(size, &field, tolerance, object, context);
-    }
-    if smoothing == Smoothing::None {
-        let shares = field.noise_shares(rounded);
-        warn_of_noise(shares, rounding, object, context);
-    }
-    placed(Bspline::clone(&field).into(), rest, object, context)
 }
 
 /// Placement of samples, with the allowed deviation of the field from them.
@@ -228,13 +274,6 @@ impl Grid {
     }
 }
 
-/// Returns the wavelength of the channel in nm, if it has one and the index that follows from
-/// samples depends on it.
-fn wavelength(object: &ObjectDescription, context: &Context) -> Option<f64> {
-    let disperses = object.plugin == "gladstone_dale";
-    disperses.then(|| context.wavelength()).flatten()
-}
-
 /// Reads the remaining parameters of a volume. `says` is true if its file states the placement of
 /// the samples.
 fn rest(says: bool, object: &ObjectDescription, nm: Option<f64>, query: &mut Query) -> Option<Law> {
@@ -287,11 +326,10 @@ fn sound(
         form = Some(found);
         Ok(sums)
     });
-    let nm = wavelength(object, context);
     let mut query = Query::new(object, context.diagnostics);
     known.iter().for_each(|name| _ = query.has(name));
     let says = series.as_ref().is_none_or(|s| s.sums.frame().is_some());
-    let law = rest(says, object, nm, &mut query);
+    let law = rest(says, object, None, &mut query);
     query.finish(&[]);
     let (series, law) = (series?, law?);
     let (size, of_file) = (series.sums.size(), series.shape.time_step);
@@ -415,20 +453,14 @@ pub(super) fn dn_dp(q: &mut Query) -> f64 {
     q.float("dn_dp")
 }
 
-impl Law {
-    fn index(&self, q: f64) -> f64 {
-        self.n0 + self.slope * (q - self.reference)
-    }
-}
-
 /// Reports a sample that gives no valid index.
-fn check<T: Sample>(
+fn check(
     law: &Law,
-    samples: &[T],
+    mut samples: impl Iterator<Item = f64>,
     object: &ObjectDescription,
     context: &mut Context,
 ) -> Option<()> {
-    let bad = samples.iter().map(|q| q.wide()).find(|q| {
+    let bad = samples.find(|q| {
         let n = law.index(*q);
         !n.is_finite() || n < LEAST_INDEX
     });
