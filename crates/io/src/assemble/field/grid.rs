@@ -127,7 +127,8 @@ impl IndexGrid {
         let samples = samples?;
         let (channels, size) = each!(&samples, v => (v.channels(), v.size()));
         if channels != 1 {
-            let message = format!("a refractive index has one channel, this has {channels}");
+            let message =
+                format!("a refractive index must have one channel, but the file has {channels}");
             context.error_at(&object.location, message);
             return None;
         }
