@@ -60,9 +60,55 @@ def test_images_come_from_files_and_arrays(picture, tmp_path, ax):
     np.testing.assert_allclose(
         plot.image(picture, show="error").get_array(), np.sqrt(picture.variance.astype(float)).mean(-1), rtol=1e-6
     )
-    np.testing.assert_allclose(plot.image(picture.image).get_array(), picture.image.mean(-1, dtype=float), rtol=1e-6)
+    mean = plot.image(picture.image, limits=(0, 1)).get_array()
+    np.testing.assert_allclose(mean, picture.image.mean(-1, dtype=float), rtol=1e-6)
     grey = plot.image(np.arange(6.0).reshape(2, 3), label="depth (mm)", limits=(1, 4))
     assert grey.get_clim() == (1, 4) and bar_label(grey) == "depth (mm)"
+
+
+def test_light_appears_as_on_a_screen(picture, tmp_path, ax):
+    """The colours of a file that ``write`` makes."""
+    pillow = pytest.importorskip("PIL.Image")
+    for stops in (None, -1.5):
+        picture.write(tmp_path / "a.png", exposure=stops)
+        file = np.asarray(pillow.open(tmp_path / "a.png").convert("RGB"))
+        for source in (picture, picture.image):
+            artist = plot.image(source, exposure=stops, ax=ax)
+            np.testing.assert_allclose(255 * artist.get_array(), file, atol=0.51)
+            assert artist.colorbar is None
+    morgana.write(tmp_path / "a.exr", picture)
+    file = morgana.read(tmp_path / "a.exr")
+    assert plot.image(file, layer="variance", ax=ax).colorbar is not None
+    for shown in ({"channel": "R"}, {"show": "error"}, {"log": True}, {"limits": (0, 1)}, {"label": "radiance"}):
+        assert plot.image(picture, **shown).get_array().ndim == 2
+        with pytest.raises(plot.PlotError, match="exposure is for light"):
+            plot.image(picture, exposure=0, **shown)
+
+
+def test_signed_values_have_a_diverging_map(ax):
+    artist = plot.image([[-1.0, 0.0], [0.5, 3.0]], ax=ax)
+    assert artist.get_cmap().name == "RdBu_r" and artist.get_clim() == (-3, 3)
+    lopsided = plot.image([[-1.0, 0.0], [0.5, 3.0]], limits=(-1, 2))
+    np.testing.assert_allclose([lopsided.norm(v) for v in (-1, 0, 1, 2)], [0, 0.5, 0.75, 1])
+    assert lopsided.colorbar.extend == "max"
+    sums = plot.image(np.stack([[[1.0, -1.0]]] * 3, -1))  # Stokes parameters have the channels R, G and B.
+    assert sums.get_array().ndim == 2 and sums.get_cmap().name == "RdBu_r"
+    for unsigned in ([[-1.0, 100.0]], [[0.0, 1.0]], [[-2.0, -1.0]]):
+        assert plot.image(unsigned).get_cmap().name == "viridis"
+
+
+def test_quantities_of_rays_have_units(ax):
+    layers = {"": np.zeros((1, 2, 1)), "deflection": np.array([[[1.0, 2.0]]]), "optical_length": np.array([[[1.0]]])}
+    image = morgana.Image(layers, {"": ["Y"], "deflection": ["X", "Y"], "optical_length": ["V"]}, {})
+    assert bar_label(plot.image(image, layer="deflection", channel="X", ax=ax)) == "deflection, X (rad)"
+    assert bar_label(plot.image(image, layer="optical_length")) == "optical_length (scene units)"
+    assert bar_label(plot.image(image, layer="optical_length", unit="mm")) == "optical_length (mm)"
+
+
+def test_a_logarithmic_scale_begins_at_a_percentile(ax):
+    values = np.append(np.full(9, 1e-30), np.linspace(1, 10, 991))
+    artist = plot.image(values.reshape(10, 100), log=True, ax=ax)
+    assert artist.get_clim() == pytest.approx((1, 10), rel=0.02) and artist.colorbar.extend == "min"
 
 
 def test_a_logarithmic_scale_hides_what_it_cannot_show(ax):

@@ -1,7 +1,7 @@
 """Figures by Matplotlib: ``pip install ".[plot]"`` in a clone of morgana.
 
     >>> from morgana import plot
-    >>> plot.image(result, log=True)
+    >>> plot.image(result)
     >>> plot.profile(result, "column", row=24)
     >>> plot.slice(measured.meters["fluence"], "xz", y=0, unit="mm")
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, Optional
 
 import matplotlib.pyplot as plt
+import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
@@ -33,7 +34,8 @@ def along(axis: str, unit: Optional[str]) -> str:
 def quantity(name: str, of_unit: str, unit: Optional[str]) -> str:
     """Returns a quantity with its unit, such as W/unit^2, in which ``unit`` stands for the unit of
     length."""
-    text = of_unit.replace("unit", unit or "unit").replace("^2", "²").replace("^3", "³")
+    text = (unit or "scene units") if of_unit == "unit" else of_unit.replace("unit", unit or "unit")
+    text = text.replace("^2", "²").replace("^3", "³")
     if not name or not text:
         return name or text
     return f"{name} ({text})"
@@ -45,5 +47,9 @@ def colours(name: str = "viridis") -> Colormap:
 
 
 def colour_bar(artist: ScalarMappable, ax: Axes, label: str) -> Any:
-    """Draws a colour bar beside the axes."""
-    return ax.figure.colorbar(artist, ax=ax, label=label)
+    """Draws a colour bar beside the axes. Its ends are pointed where the scale clips values."""
+    values = np.ma.compressed(artist.get_array())
+    low, high = artist.get_clim()
+    ends = (bool((values < low).any()), bool((values > high).any()))
+    extend = {(True, True): "both", (True, False): "min", (False, True): "max"}.get(ends, "neither")
+    return ax.figure.colorbar(artist, ax=ax, label=label, extend=extend)

@@ -7,17 +7,26 @@ from typing import Dict, Literal, Optional, Tuple, Union
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
-from matplotlib.colors import LogNorm, Normalize
+from matplotlib.colors import LogNorm, Normalize, TwoSlopeNorm
 from matplotlib.image import AxesImage
 
+from .._checks import optional_finite
+from .._images import exposure as default_exposure
 from .._morgana import Field
 from .._result import Reading
 from ._labels import along, axes, colour_bar, colours, quantity
-from ._table import Channel, Doubles, PlotError, Source, Table, table
+from ._table import Channel, Doubles, PlotError, Source, Table, channels_of, table
 
 Where = Union[float, Tuple[float, float]]
 Limits = Optional[Tuple[float, float]]
 Shown = Literal["mean", "error", "relative error", "few"]
+
+DARK_PERCENTILE = 1.0
+"""Percentile of the positive values at which a logarithmic scale begins, in percent: single values
+near zero would otherwise stretch the scale."""
+SIGNED = 0.02
+"""Smallest ratio of the ends of signed values. Filters of films with negative lobes make a few
+values of unsigned quantities slightly negative."""
 
 
 def image(
@@ -28,10 +37,17 @@ def image(
     show: Shown = "mean",
     log: bool = False,
     limits: Limits = None,
+    exposure: Optional[float] = None,
     label: Optional[str] = None,
+    unit: Optional[str] = None,
     ax: Optional[Axes] = None,
 ) -> AxesImage:
-    """Show a picture in false colours, row 0 at the top.
+    """Show a picture, row 0 at the top.
+
+    Light with the channels R, G and B appears as on a screen, as in a ``.png`` file of
+    :func:`morgana.write`. Other values appear in false colours with a colour bar, and so does light
+    if you give ``channel``, ``show``, ``log``, ``limits`` or ``label``. Signed quantities, such as
+    deflections, have a diverging colour map that is white at zero.
 
     Parameters
     ----------
@@ -41,16 +57,22 @@ def image(
     layer : str, optional
         Name of a layer of light, or of a file; by default the main layer.
     channel : str or int, optional
-        Name of a channel; by default the mean over channels.
+        Name of a channel; false colours show by default the mean over channels.
     show : {"mean", "error", "relative error", "few"}, optional
         Values (``"mean"``), standard errors (``"error"``), or errors relative to values
         (``"relative error"``); ``"few"``: 1 where errors are unreliable, else 0.
     log : bool, optional
-        Use a logarithmic scale of colours; values that are not positive are grey.
+        Use a logarithmic scale of colours. The scale begins at the first percentile of the positive
+        values; values that are not positive are grey.
     limits : (float, float), optional
         Values of the first and last colour.
+    exposure : float, optional
+        Stops by which a picture without false colours is brightened; by default the result of
+        :func:`morgana.exposure`.
     label : str, optional
         Name of the quantity, with its unit.
+    unit : str, optional
+        Name of the scene's unit of length.
     ax : matplotlib.axes.Axes, optional
         Axes to draw in; by default the current axes of pyplot.
 
@@ -62,21 +84,30 @@ def image(
     Raises
     ------
     PlotError
-        No such layer, channel or error, or no positive value for a logarithmic scale.
+        No such layer, channel or error, no positive value for a logarithmic scale, or an exposure
+        of false colours.
 
     Examples
     --------
+    >>> plot.image(result)
     >>> plot.image(result, channel="G", log=True, label="radiance (W m⁻² sr⁻¹)")
     """
     of = table(picture, layer, channel).cut(("row", "column"), {})
-    values = _shown(of, show)
+    stops = optional_finite(exposure, "exposure")
+    has_default_colours = channel is None and show == "mean" and not log and limits is None and label is None
+    light = _light(picture, layer) if has_default_colours else None
+    if light is None and stops is not None:
+        raise PlotError("exposure is for light with the channels R, G and B, without channel, show, log, limits and label")
     ax = axes(ax)
-    norm = _scale(values, log, limits)
-    artist = ax.imshow(_masked(values, log), norm=norm, cmap=colours(), interpolation="nearest")
     ax.set_xlabel(along("column", None))
     ax.set_ylabel(along("row", None))
+    if light is not None:
+        return ax.imshow(_on_screen(light, stops), interpolation="nearest")
+    values = _shown(of, show)
+    norm, cmap = _scale(values, log, limits)
+    artist = ax.imshow(_masked(values, log), norm=norm, cmap=colours(cmap), interpolation="nearest")
     name = of.name if channel in (None, of.name) else f"{of.name}, {channel}"
-    colour_bar(artist, ax, _title(label or name, "", None, show))
+    colour_bar(artist, ax, _title(label, "", unit, show) if label else _title(name, of.unit, unit, show))
     return artist
 
 
@@ -200,7 +231,7 @@ def field(
     else:
         values = values - reference
         most = float(np.nanmax(np.abs(values))) or 1.0
-        mesh = _mesh(ax, edges, values, False, (-most, most), "RdBu_r")
+        mesh = _mesh(ax, edges, values, False, (-most, most), signed=True)
     _frame(ax, plane, unit, "")
     colour_bar(mesh, ax, "n" if reference is None else f"n − {reference:g}")
     return mesh
@@ -238,15 +269,58 @@ def _title(name: str, of_unit: str, unit: Optional[str], show: str) -> str:
     return quantity(name if show == "mean" else f"error, {name}" if name else show, of_unit, unit)
 
 
-def _scale(values: Doubles, log: bool, limits: Limits) -> Normalize:
+def _light(picture: Source, layer: str) -> Optional[Doubles]:
+    """Returns the light of a picture with the channels R, G and B; ``None`` for other values."""
+    if isinstance(picture, Reading) or layer.split(".")[-1] in ("few", "samples") or layer.startswith("variance"):
+        return None
+    values, names = channels_of(picture, layer)
+    if not {"R", "G", "B"} <= set(names):
+        return None
+    light: Doubles = values[:, :, [names.index(name) for name in "RGB"]]
+    return None if _is_signed(light) else light
+
+
+def _on_screen(light: Doubles, stops: Optional[float]) -> Doubles:
+    """Returns the colours of linear values, from 0 to 1, in sRGB."""
+    if stops is None:
+        stops = default_exposure(light)
+    linear = np.clip(np.nan_to_num(light) * 2.0**stops, 0, 1)
+    screen: Doubles = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+    return screen
+
+
+def _is_signed(values: Doubles) -> bool:
+    """Returns true if values are on both sides of zero."""
+    finite = values[np.isfinite(values)]
+    if not finite.size:
+        return False
+    low, high = -float(finite.min()), float(finite.max())
+    return min(low, high) > SIGNED * max(low, high)
+
+
+def _scale(values: Doubles, log: bool, limits: Limits, signed: Optional[bool] = None) -> Tuple[Normalize, str]:
+    """Returns the scale of colours, and the name of the colour map. ``signed`` is by default true
+    if values are on both sides of zero."""
+    if signed is None:
+        signed = not log and _is_signed(values)
+    cmap = "RdBu_r" if signed else "viridis"
     if limits is not None:
         if np.shape(limits) != (2,):
             raise PlotError(f"limits is {limits!r} but must be two values, for the first and the last colour")
-        return LogNorm(*limits) if log else Normalize(*limits)
+        if log:
+            return LogNorm(*limits), cmap
+        if signed and limits[0] < 0 < limits[1]:
+            return TwoSlopeNorm(0, *limits), cmap
+        return Normalize(*limits), "viridis"
     finite = values[np.isfinite(values) & (values > 0)] if log else values[np.isfinite(values)]
     if not finite.size:
         raise PlotError("no values to show on a logarithmic scale" if log else "no values to show")
-    return (LogNorm if log else Normalize)(float(finite.min()), float(finite.max()))
+    low, high = float(finite.min()), float(finite.max())
+    if log:
+        return LogNorm(float(np.percentile(finite, DARK_PERCENTILE, method="lower")), high), cmap
+    if signed:
+        return Normalize(-max(-low, high), max(-low, high)), cmap
+    return Normalize(low, high), cmap
 
 
 def _masked(values: Doubles, log: bool) -> Doubles:
@@ -258,9 +332,9 @@ def _masked(values: Doubles, log: bool) -> Doubles:
 
 
 def _mesh(
-    ax: Axes, edges: Tuple[Doubles, Doubles], values: Doubles, log: bool, limits: Limits, cmap: str = "viridis"
+    ax: Axes, edges: Tuple[Doubles, Doubles], values: Doubles, log: bool, limits: Limits, signed: Optional[bool] = None
 ) -> QuadMesh:
-    norm = _scale(values, log, limits)
+    norm, cmap = _scale(values, log, limits, signed)
     return ax.pcolormesh(*edges, _masked(values, log), norm=norm, cmap=colours(cmap), rasterized=True)
 
 

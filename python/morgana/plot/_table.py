@@ -22,6 +22,19 @@ channels)), or a ``Reading`` of a meter."""
 Channel = Union[str, int, None]
 
 
+UNITS = {
+    "arc_length": "unit",
+    "deflection": "rad",
+    "depth": "unit",
+    "displacement": "pixels",
+    "exit_position": "unit",
+    "optical_length": "unit",
+    "optical_path_difference": "unit",
+    "position": "unit",
+}
+"""Units of quantities of rays, by the name that the integrator ``aov`` gives their layers."""
+
+
 class PlotError(Error, ValueError):
     """A figure that cannot be drawn as requested."""
 
@@ -108,7 +121,13 @@ def table(source: Source, layer: str = "", channel: Channel = None) -> Table:
     axes = {"row": np.arange(mean.shape[0] + 1) - 0.5, "column": np.arange(mean.shape[1] + 1) - 0.5}
     is_light = channel is None or channel in ("R", "G", "B", "Y") or str(channel).endswith("nm")
     name = layer or ("radiance" if is_light else str(channel))
-    return _flat(Table(mean, error, axes, name, "", few), names, channel)
+    return _flat(Table(mean, error, axes, name, UNITS.get(layer, ""), few), names, channel)
+
+
+def channels_of(picture: Source, layer: str) -> Tuple[Doubles, List[str]]:
+    """Returns the values of a picture, (height, width, channels), and the names of its channels."""
+    mean, _, _, names = _layer(picture, layer)
+    return mean, names
 
 
 def binned(picture: Union[Result, Image], channel: Channel) -> Table:
