@@ -2,8 +2,8 @@
 """Compares the estimators for equal time on the example scenes.
 
 Renders each scene by path, particle and bdpt, several times with independent seeds. Writes a table
-of errors to docs/comparison.md and a figure to docs/images/comparison.png. Uses the standard
-library and the release binary, which it builds; its own files go to a temporary folder.
+of errors to docs/comparison.md and a figure to docs/images/comparison.png. Needs Pillow, and the
+release binary, which it builds; its own files go to a temporary folder.
 
 Usage: scripts/compare.py [--time SECONDS] [--seeds N] [--threads N] [SCENE ...]
 """
@@ -14,10 +14,12 @@ import ast
 import json
 import pathlib
 import resource
-import struct
 import subprocess
 import tempfile
-import zlib
+
+from PIL import Image
+
+import panels
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 ESTIMATORS = ("path", "particle", "bdpt")
@@ -31,7 +33,6 @@ SCENES = (
 )
 # Smallest brightness for relative errors, as a fraction of the image's mean.
 DARK = 0.05
-GAP = 4
 
 
 class Run:
@@ -132,34 +133,10 @@ def pixel(value, stops):
     return round(255 * v)
 
 
-def strip(runs, stops):
-    """Returns rows of bytes: the first run of every estimator, side by side."""
-    first = [several[0] for several in runs.values()]
-    rows = []
-    for y in range(first[0].height):
-        parts = []
-        for run in first:
-            start = 3 * run.width * y
-            parts.append(bytes(pixel(v, stops) for v in run.values[start : start + 3 * run.width]))
-        rows.append((b"\xff" * 3 * GAP).join(parts))
-    return rows
-
-
-def write_png(path, strips):
-    width = max(len(strip[0]) for strip in strips)
-    rows = []
-    for strip in strips:
-        rows += [row + b"\xff" * (width - len(row)) for row in strip]
-        rows += [b"\xff" * width] * GAP
-    rows = rows[:-GAP]
-
-    def chunk(kind, data):
-        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-
-    header = struct.pack(">IIBBBBB", width // 3, len(rows), 8, 2, 0, 0, 0)
-    data = zlib.compress(b"".join(b"\0" + row for row in rows), 9)
-    png = chunk(b"IHDR", header) + chunk(b"IDAT", data) + chunk(b"IEND", b"")
-    path.write_bytes(b"\x89PNG\r\n\x1a\n" + png)
+def picture(run, stops):
+    """Converts a run to a picture."""
+    values = bytes(pixel(value, stops) for value in run.values)
+    return Image.frombytes("RGB", (run.width, run.height), values)
 
 
 TEXT = """# Comparison of the estimators
@@ -170,8 +147,7 @@ each on {threads} thread(s).
 
 ![Each scene by path, particle and bdpt, from left to right](images/comparison.png)
 
-*One render of each, at equal time and exposure. From left to right: path, particle, bdpt. From top to bottom:
-{scenes}.*
+*One render of each, at equal time and exposure.*
 
 | scene | estimator | samples per pixel | mean of the image | relative MSE | gain | capped |
 |---|---|---|---|---|---|---|
@@ -212,7 +188,7 @@ def main():
     if args.seeds < 2:
         parser.error("errors are told from differences: at least two seeds are needed")
     binary = program()
-    rows, strips = [], []
+    rows, shown = [], []
     with tempfile.TemporaryDirectory() as folder:
         for scene, parameters, stops in scenes:
             runs = {}
@@ -226,15 +202,14 @@ def main():
             table = compare(scene, runs)
             print("\n".join(table), flush=True)
             rows += table
-            strips.append(strip(runs, stops))
+            shown += [(f"{scene}, {name}", picture(several[0], stops)) for name, several in runs.items()]
     (args.out / "images").mkdir(parents=True, exist_ok=True)
-    write_png(args.out / "images" / "comparison.png", strips)
+    panels.arrange(shown, len(ESTIMATORS)).save(args.out / "images" / "comparison.png", optimize=True)
     text = TEXT.format(
         seeds=args.seeds,
         time=args.time,
         threads=args.threads,
         dark=100 * DARK,
-        scenes=", ".join(scene for scene, _, _ in scenes),
         parameters=describe(scenes),
         rows="\n".join(rows),
     )

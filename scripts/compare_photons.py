@@ -3,8 +3,8 @@
 
 Renders the scene several times with independent seeds, compares it with a long render by particles,
 and writes docs/photons.md and docs/images/photons.png. Time is processor time, so that the
-comparison is fair on a busy machine, too: short renders measure the number of samples for it. Uses
-the standard library and the release binary (--binary takes another one).
+comparison is fair on a busy machine, too: short renders measure the number of samples for it. Needs
+Pillow and the release binary (--binary takes another one).
 
 Usage: scripts/compare_photons.py [--time SECONDS] [--seeds N] [--binary FILE]
 """
@@ -15,7 +15,10 @@ import pathlib
 import subprocess
 import tempfile
 
+from PIL import Image
+
 import compare
+import panels
 
 SCENE, SIZE = "luneburg_fog", {"width": 200, "height": 120}
 # Name, integrator, parameters.
@@ -82,9 +85,8 @@ def noise_of_mean(runs, means):
 
 
 def difference(runs, reference):
-    """Returns rows of bytes: red where the mean of the renders is too bright, blue where it is too
-    dark."""
-    width = runs[0].width
+    """Returns a picture that is red where the mean of the renders is too bright, blue where it is
+    too dark."""
     scale = 4 * sum(reference) / len(reference)
     averages = compare.averages(runs)
     pixels = []
@@ -93,8 +95,7 @@ def difference(runs, reference):
         strength = round(255 * min(abs(d) / scale * 4, 1.0))
         faded = 255 - strength
         pixels.append(bytes((255, faded, faded) if d > 0 else (faded, faded, 255)))
-    rows = [pixels[k : k + width] for k in range(0, len(pixels), width)]
-    return [b"".join(row) for row in rows]
+    return Image.frombytes("RGB", (runs[0].width, runs[0].height), b"".join(pixels))
 
 
 TEXT = """# Photon maps compared
@@ -105,9 +106,8 @@ The reference is the mean of {references} such renders by `particle`. `scripts/c
 
 ![One render of each, and below them where their means are too bright or too dark](images/photons.png)
 
-*Above, from left to right: one render by {names}.
-Below: the mean of the renders minus the reference, red where it is too bright, blue where it is too dark. The difference contains
-the remaining noise of both.*
+*Above: one render of each. Below: the mean of the renders minus the reference, red where it is too bright, blue where it is too dark. The difference
+contains the remaining noise of both.*
 
 | estimator | samples per pixel | mean of the image | variance | squared bias |
 |---|---|---|---|---|
@@ -143,12 +143,10 @@ def main():
             variance, bias = errors(runs, references)
             rows.append(f"| {name} | {spp} | {mean:.5f} ± {error:.5f} | {variance:.1e} | {bias:.1e} |")
             print(rows[-1], flush=True)
-            images.append(compare.strip({name: runs[:1]}, 0))
-            differences.append(difference(runs, reference))
-    gap = b"\xff" * 3 * compare.GAP
-    beside = lambda strips: [gap.join(parts) for parts in zip(*strips)]
+            images.append((name, compare.picture(runs[0], 0)))
+            differences.append(("minus the reference", difference(runs, reference)))
     out = compare.ROOT / "docs"
-    compare.write_png(out / "images" / "photons.png", [beside(images), beside(differences)])
+    panels.arrange(images + differences, len(ESTIMATORS)).save(out / "images" / "photons.png", optimize=True)
     text = TEXT.format(
         scene=SCENE,
         size=" × ".join(str(v) for v in SIZE.values()),
@@ -156,7 +154,6 @@ def main():
         minutes=compare.processor_time() / 60,
         seeds=args.seeds,
         references=REFERENCES,
-        names="; ".join(name for name, _, _ in ESTIMATORS),
         rows="\n".join(rows),
         mean=compare.overall(references)[0],
         error=compare.overall(references)[1],
