@@ -10,6 +10,19 @@ use std::ops::Range;
 const BAR: u32 = 120;
 /// Number of steps of the colour bar.
 const STEPS: usize = 200;
+/// Percentile of the positive values at which a logarithmic scale begins, in percent. Single values
+/// near zero would otherwise stretch the scale.
+const DARK_PERCENTILE: usize = 1;
+/// Smallest ratio of the ends of signed values. Filters of films with negative lobes make a few
+/// values of unsigned quantities slightly negative.
+const SIGNED: f64 = 0.02;
+/// Colours of the lowest value, of zero, and of the highest value of signed quantities (ColorBrewer's
+/// RdBu).
+const DIVERGING: [RGBColor; 3] = [
+    RGBColor(33, 102, 172),
+    RGBColor(247, 247, 247),
+    RGBColor(178, 24, 43),
+];
 /// Largest number of decades of a logarithmic scale below the largest value.
 const DECADES: i32 = 6;
 
@@ -39,7 +52,7 @@ impl Map {
     ) -> Result<(), CommandError> {
         let (width, height) = area.dim_in_pixel();
         let (left, right) = area.split_horizontally(width - scale.px(BAR));
-        let [low, high] = self.limits();
+        let colours = self.colours();
         let (x, y) = (ends(&self.x.1), ends(&self.y.1));
         let caption = scale.font(20);
         // Use equal lengths per unit on both axes.
@@ -81,39 +94,47 @@ impl Map {
             .y_label_formatter(&label)
             .draw()
             .map_err(failed)?;
-        chart.draw_series(self.cells(low, high)).map_err(failed)?;
-        self.bar(&right, scale, [low, high], above)
+        chart.draw_series(self.cells(colours)).map_err(failed)?;
+        self.bar(&right, scale, colours, above)
     }
 
-    fn cells(&self, low: f64, high: f64) -> impl Iterator<Item = Rectangle<(f64, f64)>> {
+    fn cells(&self, colours: Colours) -> impl Iterator<Item = Rectangle<(f64, f64)>> {
         let (x, y) = (&self.x.1, &self.y.1);
         let columns = x.len() - 1;
         self.values.iter().enumerate().map(move |(i, value)| {
             let (column, row) = (i % columns, i / columns);
             let corners = [(x[column], y[row]), (x[column + 1], y[row + 1])];
-            Rectangle::new(corners, self.colour(*value, low, high).filled())
+            Rectangle::new(corners, colours.colour(*value).filled())
         })
     }
 
-    /// Returns the lowest and highest value of the colour scale.
-    fn limits(&self) -> [f64; 2] {
-        if !self.logarithmic {
-            return range(self.values.iter().copied());
+    /// Returns the scale of colours.
+    fn colours(&self) -> Colours {
+        if self.logarithmic {
+            let mut positive: Vec<f64> = self.values.iter().copied().filter(|v| *v > 0.0).collect();
+            positive.sort_by(f64::total_cmp);
+            let first = positive.len().saturating_sub(1) * DARK_PERCENTILE / 100;
+            let [low, high] = range(positive.iter().copied().skip(first));
+            let low = low.max(high * 10f64.powi(-DECADES));
+            return Colours {
+                low,
+                high,
+                kind: ScaleKind::Logarithmic,
+            };
         }
-        let [low, high] = range(self.values.iter().copied().filter(|v| *v > 0.0));
-        [low.max(high * 10f64.powi(-DECADES)), high]
-    }
-
-    fn colour(&self, value: f64, low: f64, high: f64) -> RGBColor {
-        let place = if self.logarithmic {
-            (value / low).ln() / (high / low).ln()
-        } else {
-            (value - low) / (high - low)
-        };
-        if place.is_nan() {
-            RGBColor(200, 200, 200)
-        } else {
-            ViridisRGB.get_color(place.clamp(0.0, 1.0))
+        let [low, high] = range(self.values.iter().copied());
+        let most = high.max(-low);
+        if high.min(-low) > SIGNED * most {
+            return Colours {
+                low: -most,
+                high: most,
+                kind: ScaleKind::Signed,
+            };
+        }
+        Colours {
+            low,
+            high,
+            kind: ScaleKind::Linear,
         }
     }
 
@@ -121,19 +142,13 @@ impl Map {
         &self,
         area: &DrawingArea<B, Shift>,
         scale: Scale,
-        [low, high]: [f64; 2],
+        colours: Colours,
         above: u32,
     ) -> Result<(), CommandError> {
-        let step = |i: usize| {
-            let t = i as f64 / STEPS as f64;
-            if self.logarithmic {
-                low * (high / low).powf(t)
-            } else {
-                low + (high - low) * t
-            }
-        };
+        let Colours { low, high, .. } = colours;
+        let step = |i: usize| colours.value(i as f64 / STEPS as f64);
         let cells = (0..STEPS).map(|i| {
-            let colour = self.colour(step(i), low, high);
+            let colour = colours.colour(step(i));
             Rectangle::new([(0.0, step(i)), (1.0, step(i + 1))], colour.filled())
         });
         let mut builder = ChartBuilder::on(area);
@@ -149,24 +164,21 @@ impl Map {
             scale.font(13),
         ))
         .map_err(failed)?;
-        let ticks: Vec<f64> = if self.logarithmic {
-            decades(low, high)
-        } else {
-            (0..=5)
-                .map(|i| low + (high - low) * f64::from(i) / 5.0)
+        let even = |count: u32| {
+            (0..=count)
+                .map(|i| colours.value(f64::from(i) / f64::from(count)))
                 .collect()
+        };
+        let ticks: Vec<f64> = match colours.kind {
+            ScaleKind::Logarithmic => decades(low, high),
+            ScaleKind::Linear => even(5),
+            // An even number of intervals has a tick at zero.
+            ScaleKind::Signed => even(4),
         };
         let (_, height) = area.dim_in_pixel();
         let (top, bottom) = (scale.px(42) + above, height - scale.px(56) - above);
-        let place = |value: f64| {
-            if self.logarithmic {
-                (value / low).ln() / (high / low).ln()
-            } else {
-                (value - low) / (high - low)
-            }
-        };
         for value in ticks {
-            let y = f64::from(bottom) - place(value) * f64::from(bottom - top);
+            let y = f64::from(bottom) - colours.place(value) * f64::from(bottom - top);
             let at = (scale.px(40) as i32, y as i32 - scale.px(6) as i32);
             area.draw(&Text::new(short(value), at, scale.font(13)))
                 .map_err(failed)?;
@@ -183,6 +195,56 @@ impl Map {
             chart.draw_series(cells).map_err(failed)?;
         }
         Ok(())
+    }
+}
+
+/// A scale of colours.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Colours {
+    /// Value of the first colour.
+    low: f64,
+    /// Value of the last colour.
+    high: f64,
+    kind: ScaleKind,
+}
+
+/// Spacing and colours of a scale.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum ScaleKind {
+    Linear,
+    Logarithmic,
+    /// Linear, with diverging colours that are white at zero.
+    Signed,
+}
+
+impl Colours {
+    /// Returns the place of a value on the scale, from 0 to 1.
+    fn place(self, value: f64) -> f64 {
+        match self.kind {
+            ScaleKind::Logarithmic => (value / self.low).ln() / (self.high / self.low).ln(),
+            ScaleKind::Linear | ScaleKind::Signed => (value - self.low) / (self.high - self.low),
+        }
+    }
+
+    /// Returns the value at a place from 0 to 1.
+    fn value(self, place: f64) -> f64 {
+        match self.kind {
+            ScaleKind::Logarithmic => self.low * (self.high / self.low).powf(place),
+            ScaleKind::Linear | ScaleKind::Signed => self.low + (self.high - self.low) * place,
+        }
+    }
+
+    /// Returns the colour of a value; values that the scale cannot show are grey.
+    fn colour(self, value: f64) -> RGBColor {
+        let place = self.place(value);
+        if place.is_nan() {
+            return RGBColor(200, 200, 200);
+        }
+        let place = place.clamp(0.0, 1.0);
+        match self.kind {
+            ScaleKind::Signed => DerivedColorMap::new(&DIVERGING).get_color(place),
+            ScaleKind::Linear | ScaleKind::Logarithmic => ViridisRGB.get_color(place),
+        }
     }
 }
 
@@ -214,4 +276,48 @@ fn short(value: f64) -> String {
         _ => 3,
     };
     format!("{value:.digits$}").replace('-', "−")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{DIVERGING, Map, RGBColor, ScaleKind};
+
+    fn map(values: Vec<f64>, logarithmic: bool) -> Map {
+        Map {
+            title: String::new(),
+            x: (
+                String::new(),
+                (0..=values.len()).map(|i| i as f64).collect(),
+            ),
+            y: (String::new(), vec![0.0, 1.0]),
+            values,
+            quantity: String::new(),
+            logarithmic,
+        }
+    }
+
+    #[test]
+    fn signed_values_have_diverging_colours() {
+        let colours = map(vec![-1.0, f64::NAN, 3.0], false).colours();
+        assert_eq!((colours.low, colours.high), (-3.0, 3.0));
+        let found = [-3.0, 0.0, 3.0].map(|v| colours.colour(v));
+        assert_eq!(found, DIVERGING);
+        assert_eq!(colours.colour(f64::NAN), RGBColor(200, 200, 200));
+        for unsigned in [[-1.0, 100.0], [0.0, 1.0], [-2.0, -1.0]] {
+            let colours = map(unsigned.to_vec(), false).colours();
+            assert_eq!(colours.kind, ScaleKind::Linear);
+            assert_eq!([colours.low, colours.high], unsigned);
+        }
+    }
+
+    #[test]
+    fn logarithmic_scales_begin_at_a_percentile() {
+        let mut values = vec![1e-3; 9];
+        values.extend((0..=991).map(|i| 1.0 + f64::from(i) / 991.0));
+        values.push(-1.0);
+        let colours = map(values, true).colours();
+        assert!((1.0..1.01).contains(&colours.low) && colours.high == 2.0);
+        assert_eq!(colours.kind, ScaleKind::Logarithmic);
+        assert_eq!(map(vec![1e-3, 1.0], true).colours().low, 1e-3);
+    }
 }

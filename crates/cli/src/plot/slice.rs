@@ -116,10 +116,13 @@ fn map(arrays: &Arrays, array: &Array, section: Section) -> Result<Map, String> 
             array.name,
             bins.collect::<String>()
         ),
-        x: (right.into(), edges(arrays, array, right)?),
-        y: (up.into(), edges(arrays, array, up)?),
+        x: (
+            format!("{right} (scene units)"),
+            edges(arrays, array, right)?,
+        ),
+        y: (format!("{up} (scene units)"), edges(arrays, array, up)?),
         values: values(array, [axis, right, up], cell, section.bins),
-        quantity: array.unit.clone(),
+        quantity: array.unit.replace("^2", "²").replace("^3", "³"),
         logarithmic: section.logarithmic,
     })
 }

@@ -161,9 +161,25 @@ pub fn picture(
         x: ("column (pixels)".into(), edges(image.width)),
         y: ("row from the bottom (pixels)".into(), edges(image.height)),
         values: rows.flatten().copied().collect(),
-        quantity: String::new(),
+        quantity: unit(layer).into(),
         logarithmic,
     })
+}
+
+/// Returns the unit of a quantity of rays, by the name that the integrator `aov` gives its layer;
+/// empty if the layer is none.
+fn unit(layer: &str) -> &'static str {
+    match layer {
+        "deflection" => "rad",
+        "displacement" => "pixels",
+        "arc_length"
+        | "depth"
+        | "exit_position"
+        | "optical_length"
+        | "optical_path_difference"
+        | "position" => "scene units",
+        _ => "",
+    }
 }
 
 fn quantity(layer: &str, channel: Option<&str>) -> String {

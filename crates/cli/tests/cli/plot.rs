@@ -68,6 +68,7 @@ fn figures_are_drawn() {
     assert!(convergence.contains("1/√samples") && convergence.contains("path"));
     let slice = svg(&folder, "slice meter.npz --axis y --at 0.1");
     assert!(slice.contains("fluence at y = 0.1"));
+    assert!(slice.contains("x (scene units)") && slice.contains("W/unit²"));
     // Expect one rectangle for each of 3 × 5 cells, 200 for the colour bar, and one for the page.
     assert_eq!(slice.matches("<rect").count(), 15 + 200 + 1);
     for command in [
