@@ -5,17 +5,17 @@ mod coverage;
 mod differences;
 mod entry;
 mod extinction_units;
-mod narrow_view;
 mod non_terminating;
 mod overlaps;
+mod radians;
 mod reach;
 
 pub use costly::steps_across;
 pub use coverage::Walls;
 pub(super) use coverage::{complete, warnings as missing_light};
 pub(super) use differences::{Known, of as differences};
-pub(super) use narrow_view::warning as narrow_view;
 pub(super) use overlaps::note as overlaps;
+pub(super) use radians::warning as narrow_view;
 pub(super) use reach::warnings as reach;
 
 use super::instrument::Instrument;
