@@ -56,21 +56,21 @@ pub(super) fn build(
     // Build all meters; their samplers must agree on sound.
     let (mut instruments, mut particles) = (Vec::new(), Samples::default());
     let mut said = None;
-    let mut add = |object: &ObjectDescription,
-                   place: Option<&MeterPlace>,
-                   context: &mut Context| {
-        let (instrument, samples) = instrument(object, place, context);
-        let sound = (samples.bending, samples.instants);
-        if instrument.is_some()
-            && samples.request != sampler::SamplerRequest::Open
-            && *said.get_or_insert(sound) != sound
-        {
-            let message = "meters share particles: their samplers must agree on 'bending' and 'phases'";
-            context.error_at(&object.location, message);
-        }
-        particles.raise(samples);
-        instruments.extend(instrument);
-    };
+    let mut add =
+        |object: &ObjectDescription, place: Option<&MeterPlace>, context: &mut Context| {
+            let (instrument, samples) = instrument(object, place, context);
+            let sound = (samples.bending, samples.instants);
+            if instrument.is_some()
+                && samples.request != sampler::SamplerRequest::Open
+                && *said.get_or_insert(sound) != sound
+            {
+                let message =
+                    "meters share particles: their samplers must agree on 'bending' and 'phases'";
+                context.error_at(&object.location, message);
+            }
+            particles.raise(samples);
+            instruments.extend(instrument);
+        };
     for object in meters {
         add(object, None, context);
     }

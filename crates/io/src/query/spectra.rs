@@ -90,7 +90,7 @@ impl<'a> Query<'a, '_> {
                 let color = self.spectrum("color");
                 let outside = |v: &f64| !(0.0..=1.0).contains(v);
                 if !unbounded && color.values().iter().any(outside) {
-                    let message = "a colour that is not 'unbounded' lies in [0, 1]";
+                    let message = "a colour must lie in [0, 1] unless it is 'unbounded'";
                     self.error("color", message);
                 }
                 color

@@ -487,7 +487,7 @@ fn a_picture_says_what_of_a_lens_is_open() {
             "must be as wide as high, but it has 2 x 1 pixels",
         ),
         ("[[[1.5]]]", "", "[0, 1]"),
-        ("[[[0]]]", "", "nothing of the aperture is open"),
+        ("[[[0]]]", "", "the aperture is completely covered"),
         (
             "[[[1]]]",
             r#", "blades": 6"#,

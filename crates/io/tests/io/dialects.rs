@@ -239,11 +239,7 @@ fn animations_stay_at_their_first_transform() {
     let mut diagnostics = Diagnostics::new();
     let text = format!("<scene version='0.6.0'>{animated}</scene>");
     let scene = xml::parse(&text, "scene.xml", &[], &mut diagnostics).unwrap();
-    assert!(
-        diagnostics
-            .to_string()
-            .contains("uses the first transform")
-    );
+    assert!(diagnostics.to_string().contains("uses the first transform"));
     let (still, _) = read(&format!(
         "<scene version='0.6.0'>{}</scene>",
         shape("<transform name='toWorld'><translate x='1'/></transform>")

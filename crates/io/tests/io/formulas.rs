@@ -128,7 +128,7 @@ fn messages_point_into_the_formula() {
       |
     2 | <volume type="expression"><string name="n" value="1.3 &#43; q*width"/><float name="width" value="2"/></volume>
       |                                                   ^^^^^^^^^^^^^^^^^
-      = help: it knows width, x, y, z, r, rho, pi, sqrt, exp, log, sin, cos, tan, asin, acos, atan, sinh, cosh, tanh, erf, pow, atan2; give a number of another name as a parameter
+      = help: known names: width, x, y, z, r, rho, pi, sqrt, exp, log, sin, cos, tan, asin, acos, atan, sinh, cosh, tanh, erf, pow, atan2; define other names as parameters
     "#);
 }
 

@@ -58,7 +58,7 @@ fn unknown_names_get_a_suggestion() {
     let told = lints::named("thin_beem").unwrap_err();
     assert_eq!(
         told,
-        "no check of scenes is named 'thin_beem': did you mean 'thin_beam'?"
+        "no check has the name 'thin_beem': did you mean 'thin_beam'?"
     );
     let told = lints::named("nothing like it").unwrap_err();
     assert!(told.contains("there are: absent_labels, "), "{told}");

@@ -193,7 +193,7 @@ fn several_sources() {
     assert!(
         load(&source)
             .unwrap_err()
-            .contains("the number of one of 3")
+            .contains("the number of a source from 1 to 3")
     );
     // A wave with frequency 0 has the mean ½ (1 + M cos φ), and this fraction of the power.
     let waves = json!({
@@ -288,7 +288,7 @@ fn mistakes() {
         ),
         (
             json!({"_ArrayType_": "uint8", "_ArraySize_": [4, 3, 2], "_ArrayZipType_": "zlib", "_ArrayZipData_": "AAAA"}),
-            "is not of zlib",
+            "is not valid zlib",
         ),
         (
             json!({"_ArrayType_": "uint8", "_ArraySize_": [1e9, 1e9, 1e9], "_ArrayZipType_": "zlib", "_ArrayZipData_": zeros}),
@@ -347,7 +347,10 @@ fn mistakes() {
             "3 values of its Pattern, not 2 x 1",
         ),
         (json!({"Pattern": {"Data": [1, -1]}}), "at least 0, not -1"),
-        (json!({"Pattern": {"Data": [0, 0]}}), "all values of its Pattern are 0"),
+        (
+            json!({"Pattern": {"Data": [0, 0]}}),
+            "all values of its Pattern are 0",
+        ),
         (json!({"Pattern": {"Data": "none.bin"}}), "none.bin"),
         (json!({"Param1": [6, 0, 0, 0]}), "columns and rows"),
         (json!({"Param2": [4, 4, 0, 1]}), "perpendicular"),

@@ -167,7 +167,11 @@ fn mistakes_are_named() {
         "cosine_bins",
     );
     let camera = "<sensor type=\"perspective\"><float name=\"fov\" value=\"40\"/></sensor>";
-    refused("", &(with("") + camera), "not both");
+    refused(
+        "",
+        &(with("") + camera),
+        "a scene is either rendered or measured",
+    );
 }
 
 /// A sampler that does not mention the sound adopts the settings of the others.
@@ -281,8 +285,7 @@ fn films_of_further_meters_are_ignored_with_a_warning() {
         (two(&film("rgb"), &film("luminance")), "R, G, B"),
         (scene(&at_wall, &fluence("")), "Y"),
     ] {
-        let expected =
-            format!("share the channels of the first one, {shared}: this film is ignored");
+        let expected = format!("meters use the channels {shared} of the first meter");
         warned(&text, &expected);
     }
     for text in [

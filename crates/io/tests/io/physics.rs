@@ -133,12 +133,9 @@ fn mistakes_are_named() {
     };
     refused(
         &without(1),
-        "(--dataset, or 'dataset' in a scene); those of '/': Nt, hole, p_final, p_max",
+        "(--dataset, or 'dataset' in a scene); datasets of '/': Nt, hole, p_final, p_max",
     );
-    refused(
-        &without(2),
-        "give the order of its axes",
-    );
+    refused(&without(2), "give the order of its axes");
     refused(&without(3), "needs 'placement'");
     let hole = [KWAVE[0], ("string", "dataset", "hole"), KWAVE[2], KWAVE[3]];
     refused(

@@ -271,7 +271,9 @@ fn parameters_that_change_no_picture() {
         let error = error.unwrap_err();
         assert_eq!(error.error_count(), 1, "{error}");
         assert!(
-            error.to_string().contains("does not support spectral responses"),
+            error
+                .to_string()
+                .contains("does not support spectral responses"),
             "{error}"
         );
     }

@@ -421,7 +421,10 @@ fn what_is_refused() {
 fn files_that_are_no_spectra_are_refused_with_the_line() {
     let directory = tempfile::tempdir().unwrap();
     for (text, expected) in [
-        ("400 1\n", "bad.spd: a spectrum needs two wavelengths"),
+        (
+            "400 1\n",
+            "bad.spd: a spectrum needs at least two wavelengths",
+        ),
         ("# a\n400 1\n500\n", "bad.spd:3: expected a wavelength"),
         ("400 1\n400 2\n", "bad.spd:2: wavelengths must increase"),
         ("400 1\n500 nan\n", "bad.spd:2: expected"),

@@ -89,8 +89,8 @@ fn what_polarised_light_is_not_followed_through_is_an_error() {
             "conductor",
             "only 'path', 'direct', 'particle' and 'bdpt' follow polarisation",
         ),
-        ("sppm", "conductor", "'stokes' cannot hold 'sppm'"),
-        ("aov", "conductor", "'stokes' cannot hold 'aov'"),
+        ("sppm", "conductor", "'stokes' cannot contain 'sppm'"),
+        ("aov", "conductor", "'stokes' cannot contain 'aov'"),
     ] {
         let error = load(integrator, bsdf, "").map(|_| ()).unwrap_err();
         assert!(error.contains(expected), "{integrator}, {bsdf}: {error}");

@@ -159,7 +159,10 @@ fn mistakes_are_told() {
     }
     let loaded = load(SPECTRAL, &float("volume_fraction", 0.3), SPHERES).unwrap();
     assert!(
-        loaded.warnings.to_string().contains("assumes independent scattering"),
+        loaded
+            .warnings
+            .to_string()
+            .contains("assumes independent scattering"),
         "{}",
         loaded.warnings
     );

@@ -82,7 +82,7 @@ fn what_films_cannot_tag_is_an_error() {
             pictured("sppm", WAVE),
             "only 'path', 'direct', 'particle' and 'bdpt' follow phases",
         ),
-        (pictured("vcm", WAVE), "'tagged' cannot hold 'vcm'"),
+        (pictured("vcm", WAVE), "'tagged' cannot contain 'vcm'"),
         (pictured("path", ""), "wavelength"),
         (
             pictured("path", r#"<float name="wavelength" value="-1"/>"#),

@@ -234,7 +234,7 @@ fn paths_that_hardly_ever_end_are_a_warning() {
             ball(&medium)
         )
     };
-    warned(&scene(9e6, 0.0, ""), "collides some 1e7 times");
+    warned(&scene(9e6, 0.0, ""), "collides about 1e7 times");
     warned(&scene(1e30, 2.0, ""), "collides some 1e30 times");
     let short = "<integer name=\"max_depth\" value=\"1000\"/>";
     for quick in [
@@ -417,7 +417,10 @@ fn phase_functions_are_mixed_by_shares() {
         let expected = "one for each of the 3 phase functions";
         refused(&medium(weights, &three), &[expected]);
     }
-    refused(&medium("0.2 0.2 0.2", &three), &["the weights must add up to 1"]);
+    refused(
+        &medium("0.2 0.2 0.2", &three),
+        &["the weights must add up to 1"],
+    );
     for name in ["sggx", "microflake", "kkay"] {
         let phase = format!("<phase type=\"{name}\"/>");
         let medium = format!("<medium name=\"interior\" type=\"homogeneous\">{phase}</medium>");
