@@ -85,11 +85,13 @@ fn every_plugin_with_a_transform_is_here() {
             case.plugin
         );
     }
-    // Transforms do not change the radii of curves, and scale the radii of hair; hair, curves and
-    // radiance meters have their own tests. Constants do not depend on transforms.
+    // Transforms do not change the radii of curves, and scale the radii of hair; hair, curves,
+    // radiance meters and distant sensors have their own tests. Constants do not depend on
+    // transforms.
     assert_eq!(
         missing,
         BTreeSet::from([
+            (PluginKind::Sensor, "distant"),
             (PluginKind::Sensor, "fluencemeter"),
             (PluginKind::Sensor, "radiancemeter"),
             (PluginKind::Shape, "bsplinecurve"),
