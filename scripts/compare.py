@@ -204,7 +204,7 @@ def main():
             rows += table
             shown += [(f"{scene}, {name}", picture(several[0], stops)) for name, several in runs.items()]
     (args.out / "images").mkdir(parents=True, exist_ok=True)
-    panels.arrange(shown, len(ESTIMATORS)).save(args.out / "images" / "comparison.png", optimize=True)
+    panels.save(panels.arrange(shown, len(ESTIMATORS)), args.out / "images" / "comparison.png")
     text = TEXT.format(
         seeds=args.seeds,
         time=args.time,

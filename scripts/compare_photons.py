@@ -146,7 +146,7 @@ def main():
             images.append((name, compare.picture(runs[0], 0)))
             differences.append(("minus the reference", difference(runs, reference)))
     out = compare.ROOT / "docs"
-    panels.arrange(images + differences, len(ESTIMATORS)).save(out / "images" / "photons.png", optimize=True)
+    panels.save(panels.arrange(images + differences, len(ESTIMATORS)), out / "images" / "photons.png")
     text = TEXT.format(
         scene=SCENE,
         size=" × ".join(str(v) for v in SIZE.values()),

@@ -32,6 +32,11 @@ def arrange(panels: list[tuple[str, Image.Image]], columns: int) -> Image.Image:
     return sheet
 
 
+def save(sheet: Image.Image, path: pathlib.Path) -> None:
+    """Writes a picture with 256 colours, because noise makes files of all colours large."""
+    sheet.quantize(256, Image.Quantize.MAXCOVERAGE, kmeans=3, dither=Image.Dither.NONE).save(path, optimize=True)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("out", type=pathlib.Path, metavar="OUT.png")
@@ -40,7 +45,7 @@ def main() -> None:
     args = parser.parse_args()
     named = [panel.rpartition("=") for panel in args.panels]
     panels = [(title, Image.open(file).convert("RGB")) for title, _, file in named]
-    arrange(panels, args.columns).save(args.out, optimize=True)
+    save(arrange(panels, args.columns), args.out)
 
 
 if __name__ == "__main__":
