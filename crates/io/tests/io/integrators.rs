@@ -102,7 +102,8 @@ fn many_samples_are_spread_evenly() {
             ..LoadOptions::default()
         };
         let loaded = morgana_io::load_scene(&path, &options).unwrap();
-        let even = loaded.replicates.size();
+        let replicates = loaded.replicates(loaded.samples);
+        let even = loaded.renderer.replicates(replicates).size();
         (
             even,
             loaded.samples,
@@ -110,7 +111,7 @@ fn many_samples_are_spread_evenly() {
         )
     };
     assert_eq!(of(SKY, 128), (8, 128, false));
-    assert_eq!(of(SKY, 64), (1, 64, false));
+    assert_eq!(of(SKY, 64), (4, 64, false));
     assert_eq!(of(SKY, 129), (1, 129, false));
     assert_eq!(of(&integrator("particle", ""), 128), (1, 128, false));
 }
