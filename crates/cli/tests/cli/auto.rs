@@ -69,7 +69,7 @@ fn samples_of_unknown_number_are_even_where_many_are_expected() {
     assert_eq!(sampler("--checkpoint c.part --resume"), first);
     assert_eq!(sampler("--sampler independent"), "independent");
     assert_eq!(sampler("--integrator path"), "ldsampler:4");
-    assert_eq!(sampler_of("large", ""), "independent");
+    assert_eq!(sampler_of("large", ""), "ldsampler:2");
 }
 
 #[test]

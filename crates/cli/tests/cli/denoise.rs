@@ -141,7 +141,7 @@ fn a_denoised_image_is_not_taken_for_an_estimate() {
         text.contains("b.exr is denoised, which adds an unknown bias"),
         "{text}"
     );
-    assert!(text.contains("z              not known"), "{text}");
+    assert!(text.contains("z              unknown"), "{text}");
     folder.succeed("tonemap b.exr --layer denoised -o b.png");
 }
 

@@ -127,7 +127,7 @@ fn a_checkpoint_goes_on() {
     // A new render never overwrites it.
     let error = folder.fail(2, "render scene.xml --spp 4 --checkpoint c.part -o a.exr");
     assert!(
-        error.contains("'c.part' exists already: continue it with --resume"),
+        error.contains("'c.part' exists already: continue it by --resume"),
         "{error}"
     );
     folder.succeed("render scene.xml --spp 9 --checkpoint c.part --resume -o b.exr --stats b.json");

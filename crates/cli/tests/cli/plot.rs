@@ -192,6 +192,6 @@ fn mistakes_are_named() {
         "slice meter.npz --at 7 -o p.svg",
         "the grid reaches from z = -1 to 1",
     );
-    says("slice a.json --at 0 -o p.svg", "this archive of arrays");
+    says("slice a.json --at 0 -o p.svg", "not a readable archive");
     says("convergence meter.npz -o p.svg", "meter.npz");
 }

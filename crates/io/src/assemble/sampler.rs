@@ -163,18 +163,14 @@ pub(super) fn build(
     });
     let mut q = Query::new(object, context.diagnostics);
     let mut request = named.unwrap_or(replacement);
-    if let (SamplerRequest::Even, Some(size)) = (
-        request,
-        q.has("replicate_size").then(|| q.integer("replicate_size")),
-    ) {
+    if request == SamplerRequest::Even && q.has("replicate_size") {
+        let size = q.integer("replicate_size");
         match Replicates::new(size as u64) {
             Some(replicates) => request = SamplerRequest::EvenIn(replicates),
             None => {
                 let most = Replicates::LARGEST;
-                q.error(
-                    "replicate_size",
-                    format!("{size} is not a power of two up to {most}"),
-                );
+                let message = format!("{size} is not a power of two up to {most}");
+                q.error("replicate_size", message);
             }
         }
     }
@@ -234,7 +230,7 @@ pub(super) fn replicates(
         lints::REPLACED_SAMPLER,
         Subject::Sensor,
         format!(
-            "sampler '{name}' gives independent samples here: only the integrators 'path' and 'bdpt' use its replicates"
+            "the integrator '{name}' takes independent samples: only 'path' and 'bdpt' use the replicates of 'ldsampler'"
         ),
         "make the sampler 'independent', or the integrator 'path' or 'bdpt'",
     ));

@@ -48,7 +48,7 @@ fn part(item: &Node, diagnostics: &mut Diagnostics) -> Option<DMat4> {
 }
 
 fn unknown(entry: &Entry, diagnostics: &mut Diagnostics) -> Option<DMat4> {
-    let message = format!("\"{}\" is not a part of a transform", entry.key);
+    let message = format!("a transform cannot contain \"{}\"", entry.key);
     let help =
         suggest(&entry.key, PARTS).unwrap_or_else(|| format!("parts are: {}", PARTS.join(", ")));
     let diagnostic = Diagnostic::error(message).help(help);

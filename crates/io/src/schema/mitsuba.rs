@@ -100,12 +100,10 @@ const OF_OTHERS: &[(PluginKind, &str, &[&str])] = &[
 const DERIVATIVES: &str =
     "render with 'path', and compute derivatives in Python by morgana.derivatives";
 const MEASURED: &str = "tables of measured reflectances are not read: fit a 'principled' or a 'roughconductor' to them";
-const ELLIPSOIDS: &str =
-    "Gaussian splats are not read: media take their extinction from a 'gridvolume', and an ellipsoid is a 'sphere' whose to_world has a scale along each axis";
+const ELLIPSOIDS: &str = "Gaussian splats are not read: media take their extinction from a 'gridvolume', and an ellipsoid is a 'sphere' whose to_world has a scale along each axis";
 
 /// Advice on phase functions of oriented flakes.
-const FLAKES: &str =
-    "flakes are not modelled, because neither extinction nor scattering depends on an orientation: use 'hg' or 'tabphase'";
+const FLAKES: &str = "flakes are not modelled, because neither extinction nor scattering depends on an orientation: use 'hg' or 'tabphase'";
 
 /// Plugins of Mitsuba 3.9.1 or earlier that morgana does not have, each with advice on substitutes.
 const ABSENT: &[(PluginKind, &str, &str)] = &[

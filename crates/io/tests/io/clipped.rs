@@ -169,7 +169,7 @@ fn reflectances_are_clipped_at_their_limits() {
         with_image(&[0.5, 2.5], &diffuse),
         &[
             "image.exr: 1 of 2 pixels exceed 1, up to 2.5",
-            "'scale' of 0.4 or less",
+            "a texture 'scale' with a scale of at most 0.4",
         ],
     );
     // After scaling, the values may be within the limits.

@@ -277,7 +277,7 @@ fn a_layer_takes_the_place_of_the_image() {
         .unwrap_err()
         .to_string();
     assert!(
-        message.contains("no layer 'bounce.2'; there are variance, bounce.1"),
+        message.contains("no layer 'bounce.2': the image has the layers variance, bounce.1"),
         "{message}"
     );
 }

@@ -103,7 +103,7 @@ fn names_of_quantities_differ() {
         &aov("a:albedo, a:depth"),
         "two quantities have the name 'a'",
     );
-    refused(&aov("img:albedo"), "both called 'img'");
+    refused(&aov("img:albedo"), "both have the name 'img'");
 }
 
 #[test]

@@ -409,7 +409,7 @@ fn mistakes_in_values() {
     );
     bad(
         r#"[{"look_at": {}}]"#,
-        "2:3 \"look_at\" is not a part of a transform | did you mean 'lookat'?",
+        "2:3 a transform cannot contain \"look_at\" | did you mean 'lookat'?",
     );
     bad(
         r#"[{"rotate": {"axis": [0, 0, 1]}}]"#,

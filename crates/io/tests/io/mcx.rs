@@ -410,7 +410,7 @@ fn mistakes() {
     );
     refused(
         |f| f["Optode"]["Detector"] = json!([[1, 2, 3]]),
-        "a detector is {\"Pos\": [x, y, z], \"R\": radius}",
+        "a detector must be {\"Pos\": [x, y, z], \"R\": radius}",
     );
 }
 

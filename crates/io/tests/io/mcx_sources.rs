@@ -308,7 +308,7 @@ fn mistakes() {
         ),
         (
             json!({"_ArrayType_": "complex", "_ArraySize_": [1, 3, 2], "_ArrayZipType_": "zlib", "_ArrayZipData_": zeros}),
-            "_ArrayType_ 'complex'",
+            "_ArrayType_ is 'complex'",
         ),
         (
             json!({"_ArrayType_": "uint8", "_ArraySize_": [1, 3, 2], "_ArrayData_": [1, 2]}),
@@ -344,7 +344,7 @@ fn mistakes() {
     for (change, expected) in [
         (
             json!({"Pattern": {"Data": [1, 1, 1]}}),
-            "3 values of its Pattern, not 2 x 1",
+            "its Pattern has 3 values, but Param1 and Param2 state 2 x 1",
         ),
         (json!({"Pattern": {"Data": [1, -1]}}), "at least 0, not -1"),
         (

@@ -41,7 +41,7 @@ fn size(loaded: &Loaded) -> u64 {
 
 #[test]
 fn low_discrepancy_comes_in_whole_replicates() {
-    assert_eq!(size(&load("bdpt", "ldsampler", None)), 4);
+    assert_eq!(size(&load("bdpt", "ldsampler", None)), 8);
     let loaded = load("path", "ldsampler", Some(61));
     assert_eq!((size(&loaded), loaded.samples), (16, 64));
     let message = loaded.warnings.to_string();
@@ -156,12 +156,12 @@ fn others_take_independent_samples_and_say_so() {
         (
             "particle",
             "ldsampler",
-            "samples of 'particle' are independent",
+            "the integrator 'particle' takes independent samples",
         ),
         (
             "particle",
             "multijitter",
-            "samples of 'particle' are independent",
+            "the integrator 'particle' takes independent samples",
         ),
     ] {
         let loaded = load(integrator, sampler, None);

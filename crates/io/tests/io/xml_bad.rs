@@ -102,7 +102,7 @@ fn unknown_elements() {
     );
     one(
         "<ref id='a'><float/></ref><shape id='a' type='b'/>",
-        "2:13 nothing can stand in <ref> | ",
+        "2:13 <ref> cannot contain elements | ",
     );
 }
 
@@ -206,7 +206,7 @@ fn bad_transform(part: &str, expected: &str) {
 fn transforms() {
     bad_transform(
         "<translat x='1'/>",
-        "3:2 <translat> is not a part of a transform | did you mean 'translate'?",
+        "3:2 a transform cannot contain <translat> | did you mean 'translate'?",
     );
     bad_transform(
         "<translate/>",

@@ -34,7 +34,7 @@ fn photometric_files() {
         (
             "TILT=NONE",
             "TILT=LIGHT.TLT",
-            "not supported: TILT=LIGHT.TLT: a tilt in another file",
+            "not supported: TILT=LIGHT.TLT, a tilt in another file: include it, or use TILT=NONE",
         ),
         ("TILT=NONE", "", "there is no line TILT="),
         (
