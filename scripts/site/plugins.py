@@ -3,6 +3,7 @@
 import json
 from typing import Any
 
+import plugin_examples
 import plugin_pictures
 import program
 
@@ -16,6 +17,7 @@ PAGES = {
     "bsdfs": ("Bsdfs", ["bsdf"]),
     "textures": ("Textures", ["texture"]),
     "emitters": ("Emitters", ["emitter"]),
+    "spectra": ("Spectra", ["spectrum"]),
 }
 """Title and kinds of plugins of each page."""
 
@@ -49,6 +51,7 @@ PROSE = {
     "texture": "../../scene-format.md#textures",
     "emitter": "../../scene-format.md#emitters",
     "emitter.ies": "../../scene-format.md#photometric-files",
+    "spectrum": "../../scene-format.md#spectra-and-channels",
 }
 """Address of the full description of a kind or plugin."""
 
@@ -79,7 +82,7 @@ def page(title: str, kinds: list[str], definitions: Schema) -> str:
     lines = [
         f"# {title}",
         "",
-        "Look up what a plugin does, the parameters that it takes, and the kinds of plugins that it holds.",
+        "Look up what a plugin does, an example in XML and in Python, the parameters that it takes, and the kinds of plugins that it holds.",
         "The program writes this page (`morgana schema`). The links lead to the manual, which gives the details.",
     ]
     for kind in kinds:
@@ -87,18 +90,20 @@ def page(title: str, kinds: list[str], definitions: Schema) -> str:
         if kind in HEADINGS:
             lines += ["", f"## {HEADINGS[kind]}"]
         for name, schema in named.items():
-            lines += ["", *section(name, schema, "###" if kind in HEADINGS else "##")]
+            lines += ["", *section(name, definitions, "###" if kind in HEADINGS else "##")]
     return "\n".join(lines) + "\n"
 
 
-def section(name: str, schema: Schema, mark: str) -> list[str]:
+def section(name: str, definitions: Schema, mark: str) -> list[str]:
     """Returns the section on a plugin, from the schema."""
     kind, plugin = name.split(".")
+    schema = definitions[name]
     prose = PROSE.get(name, PROSE[kind])
     lines = [f"{mark} {plugin}", "", f"{described(name, schema)} [Manual]({prose})"]
     required = schema["required"]
     if shown_by := plugin_pictures.caption(f"{kind}-{plugin}"):
         lines += ["", f"![{shown_by}](../../images/plugins/{kind}-{plugin}.png)", "", f"*{shown_by}.*"]
+    lines += ["", *tabs(name, definitions)]
     own = {key: value for key, value in schema["properties"].items() if key not in ("type", "id")}
     if own:
         lines += ["", "| name | type | default | |", "|---|---|---|---|"]
@@ -107,6 +112,17 @@ def section(name: str, schema: Schema, mark: str) -> list[str]:
     nested = schema["additionalProperties"]
     if nested:
         lines += ["", f"Holds: {', '.join(f'`{kind}`' for kind in referred(nested).split('-or-'))}."]
+    return lines
+
+
+def tabs(name: str, definitions: Schema) -> list[str]:
+    """Returns the example of a plugin, with a tab for each form."""
+    example = plugin_examples.example(name)
+    forms = {"XML": plugin_examples.xml(name, example, definitions), "Python": plugin_examples.python(example)}
+    lines = []
+    for form, text in forms.items():
+        if text:
+            lines += [f'=== "{form}"', "", *(f"    {line}" for line in [f"```{form.lower()}", *text.splitlines(), "```"]), ""]
     return lines
 
 
