@@ -1,14 +1,42 @@
 """Pages generated when the site is built: the plugins, the command line, and documents of the root."""
 
+import importlib.util
 from pathlib import Path
 
-import command_line
-import documents
-import equations
-import plugins
 from mkdocs.config.defaults import MkDocsConfig
+from mkdocs.exceptions import PluginError
 from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
+
+import program
+
+FIRST = """
+
+Build the program and the Python package, and install the packages of the site:
+    cargo build
+    python3 -m pip install . -r scripts/site/requirements.txt
+CONTRIBUTING.md tells you more."""
+
+try:
+    import command_line
+    import documents
+    import equations
+    import plugins
+except ImportError as missing:
+    raise PluginError(f"{missing}{FIRST}") from None
+
+DEVELOPMENT = ("ARCHITECTURE.md", "CHANGELOG.md", "CONTRIBUTING.md", "agreement.md", "development/")
+"""Pages that the search leaves out."""
+GUIDES = ("guides/", "index.md", "start/")
+"""Pages that the search lists first."""
+
+
+def on_startup(command: str, dirty: bool) -> None:
+    """Says what to do first if the program or the Python package is missing."""
+    if not program.path().exists():
+        raise PluginError(f"the site shows the output of the program, but there is no {program.path()}{FIRST}")
+    if importlib.util.find_spec("morgana") is None:
+        raise PluginError(f"the site documents the Python package morgana, which is not installed{FIRST}")
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
@@ -22,8 +50,10 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 
 def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
-    """Adapts links between docs/ and the root to the site's addresses."""
-    return documents.relinked(markdown, page.file.src_uri)
+    """Ranks the page for the search, and adapts links between docs/ and the root to the site's addresses."""
+    uri = page.file.src_uri
+    page.meta["search"] = {"exclude": uri.startswith(DEVELOPMENT), "boost": 4 if uri.startswith(GUIDES) else 1}
+    return documents.relinked(markdown, uri)
 
 
 def on_page_content(html: str, page: Page, config: MkDocsConfig, files: Files) -> str:
