@@ -174,10 +174,6 @@ fn document(rows: &[Row], pooled: &[Pooled], effort: Effort) -> String {
         let deviation = detectable(&rows[order[rank]], single, RATE, effort);
         format!("{:.0}", 100.0 * deviation)
     };
-    let every = table(rows, RATE, effort);
-    let lines: Vec<&str> = every.lines().collect();
-    let worst = order.iter().take(10).map(|i| lines[i + 2]);
-    let worst: Vec<&str> = lines[..2].iter().copied().chain(worst).collect();
     include_str!("document.md")
         .replace("{scenes}", &rows.len().to_string())
         .replace("{comparisons}", &comparisons.to_string())
@@ -186,6 +182,5 @@ fn document(rows: &[Row], pooled: &[Pooled], effort: Effort) -> String {
         .replace("{pooled}", &pooled::table(pooled, sigmas))
         .replace("{median}", &found(rows.len() / 2))
         .replace("{quartile}", &found(rows.len() / 4))
-        .replace("{worst}", &worst.join("\n"))
         .replace("{verdict}", &verdict(rows, pooled))
 }
