@@ -3,7 +3,7 @@
 python3 scripts/notebooks.py [NAME ...]    all notebooks, or some; needs nbclient, ipykernel, Pillow and what the notebooks import
 
 Run it after a change that alters an output. The tests run the notebooks again, and fail if a stored
-text differs. The figure of the cell with the tag `cover` also becomes docs/images/notebooks/NAME.png:
+text differs. The last figure of the cell with the tag `cover` also becomes docs/images/notebooks/NAME.png:
 the notebook begins with this picture, and the page of notebooks shows it.
 """
 
@@ -22,9 +22,7 @@ ROOT = Path(__file__).resolve().parents[1]
 FOLDER = ROOT / "docs/notebooks"
 COVERS = ROOT / "docs/images/notebooks"
 COLOURS = 128
-"""Colours of a stored figure."""
-SETUP = '%config InlineBackend.rc = {"figure.dpi": 100}'
-"""First line that the kernel runs; not stored."""
+"""Colours of a stored figure. Notebooks must stay below 300 kB."""
 
 
 def execute(notebook: Any, folder: Path, timeout: int | None = None) -> None:
@@ -33,12 +31,10 @@ def execute(notebook: Any, folder: Path, timeout: int | None = None) -> None:
     (folder / "scenes").symlink_to(ROOT / "scenes")
     work = folder / "docs/notebooks"
     work.mkdir(parents=True)
-    notebook.cells.insert(0, nbformat.v4.new_code_cell(SETUP))
     client = NotebookClient(
         notebook, timeout=timeout, kernel_name="python3", resources={"metadata": {"path": str(work)}}, record_timing=False
     )
     client.execute(env={**os.environ, "MPLBACKEND": "module://matplotlib_inline.backend_inline"})
-    del notebook.cells[0]
 
 
 def tidied(outputs: list[Any]) -> list[Any]:
@@ -67,9 +63,10 @@ def small(png: str) -> str:
 
 
 def cover(notebook: Any) -> bytes:
-    """Returns the first figure of the cell with the tag `cover`."""
+    """Returns the last figure of the cell with the tag `cover`."""
     (cell,) = [cell for cell in notebook.cells if "cover" in cell.metadata.get("tags", [])]
-    return base64.b64decode(next(output.data["image/png"] for output in cell.outputs if "image/png" in output.get("data", {})))
+    figures = [output.data["image/png"] for output in cell.outputs if "image/png" in output.get("data", {})]
+    return base64.b64decode(figures[-1])
 
 
 def main() -> None:

@@ -1,4 +1,4 @@
-"""Pages generated when the site is built: the plugins, the command line, and documents of the root."""
+"""Pages generated when the site is built: the plugins, the command line, the notebooks, and documents of the root."""
 
 import importlib.util
 from pathlib import Path
@@ -21,6 +21,7 @@ try:
     import command_line
     import documents
     import equations
+    import notebook_pages
     import plugins
 except ImportError as missing:
     raise PluginError(f"{missing}{FIRST}") from None
@@ -42,6 +43,10 @@ def on_startup(command: str, dirty: bool) -> None:
 def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Adds the pages that are not in docs/."""
     made = {**plugins.pages(), "reference/command-line.md": command_line.page(), **documents.pages()}
+    for name in notebook_pages.names():
+        made[f"notebooks/{name}.md"], figures = notebook_pages.page(name)
+        for uri, figure in figures.items():
+            files.append(File.generated(config, uri, content=figure))
     for uri, text in made.items():
         files.append(File.generated(config, uri, content=text))
     for path in documents.attachments():
@@ -53,7 +58,7 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
     """Ranks the page for the search, and adapts links between docs/ and the root to the site's addresses."""
     uri = page.file.src_uri
     page.meta["search"] = {"exclude": uri.startswith(DEVELOPMENT), "boost": 4 if uri.startswith(GUIDES) else 1}
-    return documents.relinked(markdown, uri)
+    return notebook_pages.linked(documents.relinked(markdown, uri))
 
 
 def on_page_content(html: str, page: Page, config: MkDocsConfig, files: Files) -> str:
