@@ -1,6 +1,7 @@
-"""The pages that the site generates: the examples of the plugin reference load, and their two forms are one scene."""
+"""The site: the first program runs; the examples of the plugin reference load, and their two forms are one scene."""
 
 import json
+import re
 import shutil
 import struct
 import subprocess
@@ -184,3 +185,12 @@ def test_values_become_elements():
 def test_a_plugin_without_an_example_is_an_error():
     with pytest.raises(ValueError, match=r"bsdf\.new has no example: add one"):
         plugin_examples.example("bsdf.new")
+
+
+def test_the_first_program_runs(tmp_path, monkeypatch, capsys):
+    (tmp_path / "scenes").symlink_to(ROOT / "scenes")
+    monkeypatch.chdir(tmp_path)
+    (block,) = re.findall(r"^```python\n(.*?)^```", (ROOT / "docs/index.md").read_text(), re.DOTALL | re.MULTILINE)
+    exec(compile(block, "docs/index.md", "exec"), {})
+    assert (tmp_path / "lens.png").stat().st_size > 1000
+    assert "mean 0.41" in capsys.readouterr().out
