@@ -1,0 +1,51 @@
+#!/usr/bin/env python3
+"""Renders pictures of docs/gallery.md by the commands of the page. Needs NumPy and Pillow.
+
+Usage: scripts/gallery.py [--program target/release/morgana] [NAME ...]
+
+A NAME is a picture without its folder and ending, such as laser_tank; by default, all. The commands
+run one after the other, in a temporary folder for intermediate files.
+"""
+
+import argparse
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+BLOCK = re.compile(r"^```sh\n(.*?)^```", re.DOTALL | re.MULTILINE)
+PICTURE = re.compile(r"docs/images/(\w+)\.(?:png|svg)")
+
+
+def blocks() -> list[tuple[set[str], str]]:
+    """Returns the blocks of commands, each with the names of its pictures."""
+    page = (ROOT / "docs/gallery.md").read_text()
+    return [(set(PICTURE.findall(block)), block) for block in BLOCK.findall(page)]
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--program", type=pathlib.Path, default=ROOT / "target/release/morgana")
+    parser.add_argument("names", nargs="*", metavar="NAME")
+    args = parser.parse_args()
+    known = set().union(*(names for names, _ in blocks()))
+    if unknown := set(args.names) - known:
+        parser.error(f"no commands for {', '.join(sorted(unknown))}; there are {', '.join(sorted(known))}")
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        for part in ("docs", "scenes", "scripts"):
+            (folder / part).symlink_to(ROOT / part)
+        (folder / "bin").mkdir()
+        (folder / "bin/morgana").symlink_to(args.program.resolve())
+        places = [folder / "bin", pathlib.Path(sys.executable).parent, os.environ["PATH"]]
+        environment = {**os.environ, "PATH": ":".join(map(str, places))}
+        for names, block in blocks():
+            if names & set(args.names or known):
+                subprocess.run(["bash", "-e", "-c", block], cwd=folder, env=environment, check=True)
+
+
+if __name__ == "__main__":
+    main()
