@@ -155,7 +155,7 @@ each on {threads} thread(s).
 
 | column | meaning |
 |---|---|
-| mean of the image | with its standard error, from the differences between the renders. If estimators differ by much more than this error, one of them misses light ([which light](scene-format.md#what-connections-find)) |
+| mean of the image | with its standard error, from the differences between the renders. If estimators differ by much more than this error, one of them misses light ([which light](scene/integrator.md#what-connections-find)) |
 | relative MSE | variance of a pixel between renders of one estimator, divided by the square of its brightness (the median of the estimators' means, plus {dark:g} % of the image's mean), averaged over pixels and channels |
 | gain | processor time of `path` for an equal error, divided by the processor time of the estimator |
 | capped | branches whose weighting was cut off, in all renders together |

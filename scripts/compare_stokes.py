@@ -4,7 +4,7 @@
 The first scene has a tilted glass cube and a metal ball above a tilted metal plate, lit by an area
 light. The second has a rough metal ball and plate below a polariser through which an area light
 shines. Retarders at oblique incidence differ from Mitsuba's
-(docs/scene-format.md#filters-of-polarised-light).
+(docs/scene/polarization.md#filters-of-polarised-light).
 
 Both programs render 32 × 32 pixels in 16 batches. Blocks of 4 × 4 pixels are compared, after one
 common factor for brightness (Mitsuba's spectral variant has its own colours). For each parameter,

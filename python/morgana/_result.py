@@ -315,7 +315,7 @@ class Result:
         ``time.0012.bounce.1``. Their means add up to ``image``.
 
         The integrator ``aov`` gives quantities of rays, with their names in scene files, such as
-        ``optical_length`` or ``deflection`` (docs/scene-format.md#other-quantities-than-light has
+        ``optical_length`` or ``deflection`` (docs/scene/quantities.md has
         their units). Pixels are means over all rays, in which lost rays count as zero: divide by
         ``layers["valid"].mean`` for means over the other rays. If an ``aov`` contains another
         integrator, the image shows light, and the layers are the quantities.

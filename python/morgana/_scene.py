@@ -205,7 +205,7 @@ def load_field(volume: Mapping[str, Any], *, wavelength: Optional[float] = None)
     Parameters
     ----------
     volume : mapping
-        A volume for the ``ior`` of a scene (docs/scene-format.md#refractive-index-ior).
+        A volume for the ``ior`` of a scene (docs/scene/ior.md).
     wavelength : float, optional
         Wavelength in nm, > 0, for an index that depends on it, such as ``cauchy``, ``sellmeier``,
         or the index of air.

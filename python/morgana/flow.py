@@ -170,7 +170,7 @@ class Sampled(NamedTuple):
         ----------
         path : path_like
             The file: any volume that ``morgana convert`` writes
-            (docs/scene-format.md#volume-files), in double precision except ``.vol``. ``.vti`` and
+            (docs/scene/volumes.md), in double precision except ``.vol``. ``.vti`` and
             ``.nrrd`` store the position, so that scenes need not give it. For ``.npy``, ``.npz``
             and ``.h5``, a scene gives the ``axis_order`` ``zyx``, the ``placement`` ``nodes``, and
             the position.

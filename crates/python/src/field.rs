@@ -149,7 +149,7 @@ impl Field {
     /// ndarray, (...)
     ///     Values of n. NaN where a formula has no real index, and where points are not finite.
     ///     Outside its samples, a sampled field approaches a constant
-    ///     (docs/scene-format.md#volume-files).
+    ///     (docs/scene/volumes.md).
     ///
     /// Raises
     /// ------

@@ -1,5 +1,5 @@
 //! Suspended spheres, given by size and index, and the media that hold them
-//! (docs/scene-format.md#mie-scattering).
+//! (docs/scene/phase-functions.md#mie-scattering).
 
 use super::colour;
 use super::context::Context;

@@ -1,4 +1,4 @@
-//! Media that are tissues given by name (docs/scene-format.md#tissues).
+//! Media that are tissues given by name (docs/scene/media.md#tissues).
 
 use super::context::Context;
 use crate::query::Query;

@@ -2,7 +2,7 @@
 //!
 //! Readers infer the kinds of objects from this table. In debug builds, [`Query`](crate::Query)
 //! checks that the code asks only for listed parameters. [`json_schema`] exports the table to
-//! editors. `docs/scene-format.md` explains the parameters in full.
+//! editors. `docs/scene-format.md` and the pages that it lists explain the parameters in full.
 
 mod bsdf;
 mod emitter;

@@ -1,5 +1,5 @@
 //! Tissues by name: scattering and absorption coefficients per millimetre
-//! (docs/scene-format.md#tissues).
+//! (docs/scene/media.md#tissues).
 
 mod tables;
 

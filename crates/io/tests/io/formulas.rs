@@ -240,9 +240,9 @@ fn media_need_positive_indices() {
 /// The formulas and tables of the manual are valid fields.
 #[test]
 fn the_manual_is_right() {
-    let manual = include_str!("../../../../docs/scene-format.md");
-    let (_, rest) = manual.split_once("### Formulas").unwrap();
-    let (section, _) = rest.split_once("### Density and pressure").unwrap();
+    let manual = include_str!("../../../../docs/scene/ior.md");
+    let (_, rest) = manual.split_once("## Formulas").unwrap();
+    let (section, _) = rest.split_once("## Density and pressure").unwrap();
     let volumes = section.split("<volume name=\"ior\" ").skip(1);
     let volumes = volumes.map(|v| v.split_once("</volume>").unwrap().0);
     let inline = volumes.filter(|v| !v.contains("filename"));

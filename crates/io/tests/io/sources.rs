@@ -40,12 +40,12 @@ fn section(document: &str, heading: &str) -> String {
 #[test]
 fn examples_of_the_manual_can_be_loaded() {
     let examples = [
-        ("### Beams and fibres", 2),
-        ("### Volumes that emit", 2),
-        ("### Media that emit", 1),
+        ("emitters.md", "## Beams and fibres", 2),
+        ("emitters.md", "## Volumes that emit", 2),
+        ("media.md", "## Media that emit", 1),
     ];
-    for (heading, emitters) in examples {
-        let section = section("scene-format.md", heading);
+    for (page, heading, emitters) in examples {
+        let section = section(&format!("scene/{page}"), heading);
         let (_, example) = section.split_once("```xml\n").unwrap();
         let (example, _) = example.split_once("```").unwrap();
         let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Index of the US Standard Atmosphere of 1976 (docs/scene-format.md#the-standard-atmosphere).
+//! Index of the US Standard Atmosphere of 1976 (docs/scene/ior.md#the-standard-atmosphere).
 
 use super::air;
 use crate::query::Query;
