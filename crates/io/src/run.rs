@@ -128,8 +128,7 @@ impl<'a> Run<'a> {
             extent.seconds,
         ) {
             let guess = choice.expected_samples(&self.loaded.groups, seconds);
-            let samples = guess.map_or(0, |guess| guess as u64);
-            self.replicates = Some(self.loaded.replicates(samples));
+            self.replicates = guess.map(|samples| self.loaded.replicates(samples as u64));
         }
     }
 

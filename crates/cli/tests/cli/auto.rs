@@ -65,7 +65,7 @@ fn samples_of_unknown_number_are_even_where_many_are_expected() {
     let sampler = |options: &str| sampler_of("scene", options);
     let first = sampler("--checkpoint c.part");
     let size: u64 = first.strip_prefix("ldsampler:").unwrap().parse().unwrap();
-    assert!(size > 4, "{first}");
+    assert!(size >= 4, "{first}");
     assert_eq!(sampler("--checkpoint c.part --resume"), first);
     assert_eq!(sampler("--sampler independent"), "independent");
     assert_eq!(sampler("--integrator path"), "ldsampler:4");

@@ -147,7 +147,7 @@ fn a_checkpoint_goes_on() {
         "render scene.xml --spp 5 --checkpoint c.part --resume -o e.exr",
     );
     assert!(
-        fewer.contains("it has 9 samples already, more than 5"),
+        fewer.contains("it already has 9 samples, more than 5"),
         "{fewer}"
     );
     // A missing checkpoint starts a new render.
