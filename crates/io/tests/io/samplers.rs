@@ -47,7 +47,7 @@ fn low_discrepancy_comes_in_whole_replicates() {
     let message = loaded.warnings.to_string();
     assert!(
         message.contains(
-            "64 samples are taken instead of 61: a multiple of the sampler's 16 samples in a replicate"
+            "64 samples are taken instead of 61: a multiple of the sampler's 8 samples in a replicate"
         ),
         "{message}"
     );

@@ -71,7 +71,7 @@ fn what_depolarises_is_noted() {
     }
     for bsdf in ["diffuse", "roughplastic"] {
         let notes = notes(bsdf);
-        let expected = "light is taken as unpolarised once these have scattered it: surface '";
+        let expected = "morgana treats light as unpolarised after scattering by: surface '";
         assert!(notes.contains(expected), "{notes}");
     }
 }
