@@ -1,16 +1,19 @@
-"""The documents: their Python code and scenes, run verbatim, and their links."""
+"""The documents: what their commands and code print, and their links."""
 
 import os
+import pathlib
 import re
 import subprocess
 import sys
+import tempfile
 
 import morgana
 import pytest
-from conftest import PROGRAM, ROOT
+from conftest import ROOT
 
-PAGES = sorted(path.relative_to(ROOT).as_posix() for folder in ["start", "guides"] for path in (ROOT / "docs" / folder).glob("*.md"))
-"""Pages of the tutorial and of the guides."""
+sys.path.insert(0, str(ROOT / "scripts"))
+import documents  # noqa: E402
+
 LINKED = ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md"]
 LINKED += sorted(path.relative_to(ROOT).as_posix() for path in (ROOT / "docs").rglob("*.md"))
 """Pages whose links are followed."""
@@ -18,25 +21,46 @@ MADE = ("plugins/", "command-line.md")
 """Pages of docs/reference that the site alone has."""
 
 
+LONG = "MORGANA_LONG_TESTS" in os.environ
+
+
 def blocks(name, language):
     return re.findall(rf"^```{language}\n(.*?)^```", (ROOT / name).read_text(), re.DOTALL | re.MULTILINE)
 
 
-def with_blocks(language):
-    return [name for name in PAGES if blocks(name, language)]
+@pytest.mark.parametrize("name", documents.PAGES)
+def test_pages_show_what_they_print(name, tmp_path):
+    text = documents.Page(name, tmp_path, LONG).run()
+    assert documents.difference(name, text) == "", f"scripts/documents.py --write {name} updates the page"
 
 
-@pytest.mark.parametrize("name", ["README.md", "docs/python.md", *with_blocks("python")])
-def test_examples_run(name, tmp_path, monkeypatch):
-    examples = blocks(name, "python")
-    assert examples
-    (tmp_path / "scenes").symlink_to(ROOT / "scenes")
-    monkeypatch.chdir(tmp_path)
-    namespace = {"__name__": "__main__"}
-    for example in examples:
-        exec(compile(example, name, "exec"), namespace)
-    for result in (namespace.get("result"), namespace.get("picture")):
-        assert result is None or result.image.mean() > 0.01
+def test_changed_numbers_are_found(tmp_path, monkeypatch):
+    """A page that shows another number than its commands, its code or a changed scene print."""
+    (tmp_path / "scenes").mkdir()
+    (tmp_path / "scenes/sky.xml").write_text('<scene version="3.0.0"><emitter type="constant"/></scene>')
+    monkeypatch.setattr(documents, "ROOT", tmp_path)
+    page = tmp_path / "page.md"
+
+    def changed(text):
+        page.write_text(text)
+        with tempfile.TemporaryDirectory() as folder:
+            ran = documents.Page("page.md", pathlib.Path(folder)).run()
+        return [line for line in documents.difference("page.md", ran).splitlines()[2:] if line[0] in "+-"]
+
+    command = "```console\n$ morgana render scenes/sky.xml -o sky.png --spp 4\n{}\n```\n"
+    report = "… · 4 spp · … · mean 1 ± 0 · no connections · integrator path: a pilot finds no noise"
+    assert changed(command.format(report)) == []
+    wrong = report.replace("mean 1", "mean 2")
+    assert changed(command.format(wrong)) == [f"-{wrong}", f"+{report}"]
+
+    code = "```python\nprint(6 * 7)\n```\n\n```text\n{}\n```\n"
+    assert changed(code.format(42)) == []
+    assert changed(code.format(41)) == ["-41", "+42"]
+
+    file = '```xml title="sky.xml"\n<scene version="3.0.0"></scene>\n```\n\n```xml title="sky.xml"\n<emitter type="constant"/>\n```\n'
+    assert changed(file + command.replace("scenes/", "").format(report)) == []
+    (tmp_path / "scenes/sky.xml").write_text('<scene version="3.0.0"><emitter type="constant"><float name="radiance" value="0.75"/></emitter></scene>')
+    assert changed(command.format(report)) == [f"-{report}", "+" + report.replace("mean 1", "mean 0.75")]
 
 
 @pytest.mark.filterwarnings("ignore::morgana.SceneWarning")
@@ -50,30 +74,14 @@ def test_processes_start_from_a_script(tmp_path):
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.parametrize("name", with_blocks("xml"))
+@pytest.mark.parametrize("name", [name for name in documents.PAGES if re.search(r"^```xml\n<scene", (ROOT / name).read_text(), re.MULTILINE)])
 @pytest.mark.filterwarnings("ignore::morgana.SceneWarning")
-def test_scenes_load(name, tmp_path):
+def test_scenes_without_a_title_load(name, tmp_path):
     for scene in blocks(name, "xml"):
         if scene.startswith("<scene"):
             path = tmp_path / "scene.xml"
             path.write_text(scene)
             morgana.load_file(path)
-
-
-def commands(name):
-    """Returns the commands of a page, each with its output."""
-    return [tuple(part.split("\n", 1)) for block in blocks(name, "console") for part in re.split(r"^\$ ", block, flags=re.MULTILINE)[1:]]
-
-
-@pytest.mark.parametrize(
-    "command, printed", [each for name in PAGES for each in commands(name) if each[0].startswith("morgana info scenes/")]
-)
-def test_info_is_as_pages_show_it(command, printed, tmp_path):
-    (tmp_path / "scenes").symlink_to(ROOT / "scenes")
-    path = {**os.environ, "PATH": f"{PROGRAM.parent}{os.pathsep}{os.environ['PATH']}"}
-    done = subprocess.run(command, shell=True, cwd=tmp_path, env=path, capture_output=True, text=True, check=True)
-    # Pages omit notes about Mitsuba.
-    assert done.stdout.split("\n\nnote[")[0].rstrip() == printed.rstrip()
 
 
 def prose(path):
