@@ -121,7 +121,43 @@ def invisible_hull() -> Plugin:
     return in_studio(ball=ball({"type": "null"}, interior=fog))
 
 
+def relief(size: int = 64) -> list[list[float]]:
+    """Heights of waves that repeat."""
+    wave = [math.sin(2 * math.pi * 4 * i / size) for i in range(size)]
+    return [[0.5 + 0.25 * (a + b) for a in wave] for b in wave]
+
+
 BSDFS = {
+    "bsdf-bumpmap": (
+        "A matt ball with bumps: its outline stays round",
+        lambda: surface(
+            {
+                "type": "bumpmap",
+                "scale": 0.05,
+                "texture": {"type": "bitmap", "data": relief(), "raw": True, "to_uv": [{"scale": [6, 3, 1]}]},
+                "bsdf": diffuse(CREAM),
+            }
+        ),
+    ),
+    "bsdf-mixturebsdf": (
+        "A ball of 70 % matt red and 30 % rough gold",
+        lambda: surface(
+            {
+                "type": "mixturebsdf",
+                "weights": "0.7, 0.3",
+                "first": diffuse(RED),
+                "second": {"type": "roughconductor", "material": "Au", "alpha": 0.2},
+            }
+        ),
+    ),
+    "bsdf-roughcoating": (
+        "A matt ball under a rough layer, alpha = 0.1",
+        lambda: surface({"type": "roughcoating", "alpha": 0.1, "int_ior": 1.5, "bsdf": diffuse(CREAM)}),
+    ),
+    "bsdf-ward": (
+        "A ball with a highlight that is longer across: alpha_u = 0.08, alpha_v = 0.3",
+        lambda: surface({"type": "ward", "diffuse_reflectance": BLUE, "specular_reflectance": 0.3, "alpha_u": 0.08, "alpha_v": 0.3}),
+    ),
     "bsdf-blendbsdf": (
         "A ball of red plastic and rough gold in alternate fields",
         lambda: surface(
@@ -162,7 +198,10 @@ BSDFS = {
         "A blue ball with a glossy lobe",
         lambda: surface({"type": "phong", "exponent": 40, "diffuse_reflectance": BLUE, "specular_reflectance": 0.3}),
     ),
-    "bsdf-plastic": ("A blue plastic ball: the coat reflects the windows", lambda: surface({"type": "plastic", "diffuse_reflectance": BLUE})),
+    "bsdf-plastic": (
+        "A blue plastic ball: the coat reflects the windows",
+        lambda: surface({"type": "plastic", "diffuse_reflectance": BLUE}),
+    ),
     "bsdf-principled": (
         "A ball with metallic = 0.6 and roughness = 0.35",
         lambda: surface({"type": "principled", "base_color": CREAM, "metallic": 0.6, "roughness": 0.35}),
@@ -227,6 +266,12 @@ PHASES = {
     "phase-mie": (
         f"{CAUGHT}: polystyrene spheres of 0.6 µm in water, in green light, mostly forwards, with lobes",
         lambda: scattered({"type": "mie", "radius": 0.3, "eta": 1.6, "ext_eta": 1.335, "wavelength": 550}),
+    ),
+    "phase-mixturephase": (
+        f"{CAUGHT}: 60 % hg with g = 0.8, 40 % isotropic",
+        lambda: scattered(
+            {"type": "mixturephase", "weights": "0.6, 0.4", "first": {"type": "hg", "g": 0.8}, "second": {"type": "isotropic"}}
+        ),
     ),
     "phase-rayleigh": (f"{CAUGHT}: more forwards and backwards than to the sides", lambda: scattered({"type": "rayleigh"})),
     "phase-tabphase": (
@@ -300,7 +345,10 @@ def emitters(folder: Path) -> dict[str, tuple[str, Any]]:
     fill = {"type": "constant", "radiance": 0.04}
     down = lookat([0, 2.6, 0.4], [0, 0, -0.2], [0, 0, 1])
     return {
-        "emitter-area": ("A square light above two solids: soft shadows", lambda: lit({"light": window([-1.4, 3, 1.6], 16, 0.7, [0, 0.3, 0])})),
+        "emitter-area": (
+            "A square light above two solids: soft shadows",
+            lambda: lit({"light": window([-1.4, 3, 1.6], 16, 0.7, [0, 0.3, 0])}),
+        ),
         "emitter-collimated": (
             "A beam in haze that hits a ball",
             lambda: lit(
@@ -316,7 +364,10 @@ def emitters(folder: Path) -> dict[str, tuple[str, Any]]:
                 0.15,
             ),
         ),
-        "emitter-constant": ("Light from all directions: shadows only near the floor", lambda: lit({"sky": {"type": "constant", "radiance": 0.9}})),
+        "emitter-constant": (
+            "Light from all directions: shadows only near the floor",
+            lambda: lit({"sky": {"type": "constant", "radiance": 0.9}}),
+        ),
         "emitter-directional": (
             "Sunlight: sharp, parallel shadows",
             lambda: lit({"sun": {"type": "directional", "direction": [0.6, -0.75, -0.55], "irradiance": 3}, "fill": fill}),
@@ -337,7 +388,8 @@ def emitters(folder: Path) -> dict[str, tuple[str, Any]]:
         "emitter-envmap": (
             "A mirror ball under an image of a sunset",
             lambda: scene(
-                {"sky": {"type": "envmap", "filename": dusk(folder), "scale": 1.6}, "floor": floor(), "ball": ball({"type": "conductor"})}, 128
+                {"sky": {"type": "envmap", "filename": dusk(folder), "scale": 1.6}, "floor": floor(), "ball": ball({"type": "conductor"})},
+                128,
             ),
         ),
         "emitter-fiber": (
@@ -506,7 +558,44 @@ def of_voxels(surface: str, x: float) -> Plugin:
     return {"type": "labels", "data": labels, "surface": surface, "to_world": placed, "1": gelatine}
 
 
+def ring_of_distances(size: int = 40) -> list[list[list[list[float]]]]:
+    """Signed distances to a ring in the unit cube, [z][y][x][0]."""
+    at = [2 * i / (size - 1) - 1 for i in range(size)]
+    return [[[[math.hypot(math.hypot(x, y) - 0.62, z) - 0.28] for x in at] for y in at] for z in at]
+
+
+def leaning(shape: Plugin) -> Plugin:
+    """A shape over [0, 1]³, leaning towards the camera."""
+    placed = [{"translate": [-0.5, -0.5, -0.5]}, {"scale": 1.8}, {"rotate": {"axis": [1, 0, 0], "angle": -25}}, {"translate": [0, 0.85, 0]}]
+    return in_studio(
+        solid={**shape, "to_world": placed, "bsdf": {"type": "twosided", "bsdf": {"type": "plastic", "diffuse_reflectance": GREEN}}}
+    )
+
+
+def curves(folder: Path) -> dict[str, tuple[str, Any]]:
+    """Returns the images of curves; their files go to a folder."""
+
+    def helix(turns: float, radius: float, count: int = 60) -> list[str]:
+        rows = []
+        for i in range(count):
+            angle, height = 2 * math.pi * turns * i / (count - 1), 0.15 + 1.4 * i / (count - 1)
+            rows.append(f"{0.6 * math.cos(angle):.4f} {height:.4f} {0.6 * math.sin(angle):.4f} {radius}")
+        return rows
+
+    def shown(plugin: str, name: str, rows: list[str], bsdf: Plugin, **more: Any) -> Plugin:
+        (folder / name).write_text("\n".join(rows) + "\n")
+        return in_studio(curve={"type": plugin, "filename": str(folder / name), **more, "bsdf": {"type": "twosided", "bsdf": bsdf}})
+
+    return {
+        "shape-bsplinecurve": ("A tube along a spiral", lambda: shown("bsplinecurve", "spiral.txt", helix(3, 0.07), diffuse(BLUE))),
+    }
+
+
 SHAPES = {
+    "shape-sdfgrid": (
+        "A ring, from 40 × 40 × 40 distances",
+        lambda: leaning({"type": "sdfgrid", "grid": ring_of_distances()}),
+    ),
     "shape-cube": (
         "A cube",
         lambda: solid({"type": "cube", "to_world": [{"scale": 0.6}, *turned(32, {"translate": [0, 0.6, 0]})]}),
@@ -543,6 +632,16 @@ def textures(folder: Path) -> dict[str, tuple[str, Any]]:
             "A checkerboard on a rectangle, scaled by 4 with to_uv",
             lambda: board({"type": "checkerboard", "color0": BLUE, "color1": CREAM, "to_uv": [{"scale": [4, 4, 1]}]}),
         ),
+        "texture-scale": (
+            "An image times (1, 0.6, 0.3)",
+            lambda: board(
+                {
+                    "type": "scale",
+                    "scale": {"type": "rgb", "value": [1, 0.6, 0.3]},
+                    "texture": {"type": "bitmap", "filename": slide(folder), "to_uv": [{"scale": [1, -1, 1]}]},
+                }
+            ),
+        ),
         "texture-mesh_attribute": ("A torus with colours stored at its vertices", shaded_ring),
     }
 
@@ -563,7 +662,45 @@ def index_ball(volume: Plugin, radius: float = 0.9) -> Plugin:
 
 
 BEFORE = "A checkerboard seen through a ball of this index"
+SAMPLED = {"axis_order": "zyx", "placement": "nodes", "to_world": [{"translate": [-0.5, -0.5, -0.5]}, {"scale": 2}]}
+
+
+def bumps(base: float, height: float, size: int = 32) -> list[list[list[float]]]:
+    """Samples of two bumps over [-1, 1]³, [z][y][x]."""
+    at = [2 * i / (size - 1) - 1 for i in range(size)]
+    bump = lambda x, y, z: math.exp(-((x - 0.3) ** 2 + y**2 + z**2) / 0.08) - math.exp(-((x + 0.3) ** 2 + y**2 + z**2) / 0.08)  # noqa: E731
+    return [[[base + height * bump(x, y, z) for x in at] for y in at] for z in at]
+
+
 VOLUMES = {
+    "volume-bspline": (
+        f"{BEFORE}: 32 × 32 × 32 samples of two bumps",
+        lambda: index_ball({"type": "bspline", "data": bumps(1, 0.12), **SAMPLED}),
+    ),
+    "volume-expression": (
+        f"{BEFORE}: ripples around the z axis",
+        lambda: index_ball({"type": "expression", "n": "1 + a*cos(k*rho^2)", "a": 0.02, "k": 20}),
+    ),
+    "volume-gladstone_dale": (
+        f"{BEFORE}: a gas of up to 500 times the density of air, and none",
+        lambda: index_ball({"type": "gladstone_dale", "data": bumps(300, 290), "wavelength": 550, **SAMPLED}),
+    ),
+    "volume-linear_square": (
+        f"{BEFORE}: slope 0.3 to the right",
+        lambda: index_ball({"type": "linear_square", "n0": 1.0, "slope": [0.3, 0, 0]}),
+    ),
+    "volume-mode": (
+        f"{BEFORE}: a mode of order 3",
+        lambda: index_ball({"type": "acoustic", "n0": 1, "wave": {"type": "mode", "amplitude": 0.04, "order": 3, "wave_number": 10}}),
+    ),
+    "volume-pressure": (
+        f"{BEFORE}: a liquid under pressure on the right, under tension on the left",
+        lambda: index_ball({"type": "pressure", "data": bumps(0, 4e8), "n0": 1, "dn_dp": 1.46e-10, **SAMPLED}),
+    ),
+    "volume-profile": (
+        f"{BEFORE}: rings of a table over the radius",
+        lambda: index_ball({"type": "profile", "coordinate": "r", "table": "0, 1.1, 0.3, 1.02, 0.5, 1.08, 0.7, 1.01, 1, 1"}),
+    ),
     "volume-acoustic": (
         f"{BEFORE}: rings of a standing wave",
         lambda: index_ball({"type": "acoustic", "n0": 1, "wave": {"type": "mode", "amplitude": 0.012, "wave_number": 14}}),
@@ -605,7 +742,10 @@ def caustic(integrator: Plugin, spp: int) -> Plugin:
 UNDER = "A glass ball under a small light"
 INTEGRATORS = {
     "integrator-bdpt": (f"{UNDER}, 48 samples per pixel", lambda: caustic({"type": "bdpt"}, 48)),
-    "integrator-particle": (f"{UNDER}, 96 particles per pixel: reflections in the ball are missing", lambda: caustic({"type": "particle"}, 96)),
+    "integrator-particle": (
+        f"{UNDER}, 96 particles per pixel: reflections in the ball are missing",
+        lambda: caustic({"type": "particle"}, 96),
+    ),
     "integrator-path": (f"{UNDER}, 96 samples per pixel: the caustic is noisy", lambda: caustic({"type": "path"}, 96)),
     "integrator-photon": (f"{UNDER}, 64 photon maps", lambda: caustic({"type": "photon"}, 64)),
     "integrator-sppm": (f"{UNDER}, 64 photon maps", lambda: caustic({"type": "sppm"}, 64)),
@@ -635,10 +775,23 @@ SENSORS = {
 }
 
 
+def fog_ball(medium: Plugin) -> Plugin:
+    """A ball of a medium without a surface."""
+    return with_caustics(ball=ball({"type": "null"}, interior=medium))
+
+
+MEDIA = {
+    "medium-homogeneous": (
+        "A ball of coloured fog: g = 0.4",
+        lambda: fog_ball({"type": "homogeneous", "sigma_t": 2, "albedo": CREAM, "phase": {"type": "hg", "g": 0.4}}),
+    ),
+}
+
+
 def pictures(folder: Path) -> dict[str, tuple[str, Any]]:
     """Returns all images: caption, and function that makes the scene. Files that scenes need go to
     a folder."""
-    made = [BSDFS, PHASES, emitters(folder), SHAPES, textures(folder), VOLUMES, INTEGRATORS, SENSORS]
+    made = [BSDFS, PHASES, emitters(folder), SHAPES, curves(folder), textures(folder), VOLUMES, MEDIA, INTEGRATORS, SENSORS]
     return {name: entry for group in made for name, entry in group.items()}
 
 
