@@ -99,7 +99,8 @@ def scene_with(name, plugin):
         if kept in ("blackbody", "d65"):
             del ball["bsdf"]
             objects["sky"] = {"type": "constant", "radiance": plugin}
-    elif kind == "emitter" and kept == "area":
+    elif kind == "emitter" and kept in ("area", "directionalarea"):
+        ball["type"] = "disk"
         ball["emitter"] = plugin
     elif kind == "emitter":
         objects["sky"] = plugin

@@ -69,6 +69,7 @@ EXAMPLES: dict[str, Plugin] = {
         "integrator": {"type": "path"},
     },
     "integrator.auto": {"type": "auto", "max_depth": 16},
+    "integrator.depth": {"type": "depth"},
     "integrator.direct": {"type": "direct"},
     "integrator.moment": {"type": "moment", "integrator": {"type": "path"}},
     "integrator.ptracer": {"type": "ptracer", "max_depth": 16},
@@ -130,6 +131,12 @@ EXAMPLES: dict[str, Plugin] = {
                 }
             ],
         },
+    },
+    "sensor.distant": {
+        "type": "distant",
+        "direction": [0, 0, -1],
+        "target": [0, 0, 0],
+        "film": {"type": "hdrfilm", "width": 1, "height": 1, "rfilter": {"type": "box"}},
     },
     "sensor.fluencemeter": {
         "type": "fluencemeter",
