@@ -14,6 +14,7 @@ import ast
 import json
 import pathlib
 import resource
+import struct
 import subprocess
 import tempfile
 
