@@ -48,7 +48,9 @@ def colours(name: str = "viridis") -> Colormap:
 
 def colour_bar(artist: ScalarMappable, ax: Axes, label: str) -> Any:
     """Draws a colour bar beside the axes. Its ends are pointed where the scale clips values."""
-    values = np.ma.compressed(artist.get_array())
+    shown = artist.get_array()
+    assert shown is not None
+    values = np.ma.compressed(shown)
     low, high = artist.get_clim()
     ends = (bool((values < low).any()), bool((values > high).any()))
     extend = {(True, True): "both", (True, False): "min", (False, True): "max"}.get(ends, "neither")
