@@ -285,8 +285,9 @@ PHASES = {
 # Emitters.
 
 
-def lit(lights: dict[str, Plugin], haze: float = 0.0) -> Plugin:
-    """Two solids in front of a wall, in a light, and in haze if wanted."""
+def lit(lights: dict[str, Plugin], haze: float = 0.0, integrator: str = "path") -> Plugin:
+    """Two solids in front of a wall, in a light, and in haze if wanted. Paths in haze end early,
+    because late scattering is dim and noisy."""
     wall = {"type": "rectangle", "to_world": [{"scale": [20, 20, 1]}, {"translate": [0, 0, -2.2]}], "bsdf": diffuse(0.6)}
     block = {
         "type": "cube",
@@ -295,9 +296,9 @@ def lit(lights: dict[str, Plugin], haze: float = 0.0) -> Plugin:
     }
     solids = {"wall": wall, "floor": floor(diffuse(0.6)), "block": block, "ball": ball(diffuse(0.7), 0.5, 0.75, 0.1)}
     if haze:
-        hull = {"type": "cube", "to_world": [{"scale": 18}, {"translate": [0, 17.99, 0]}], "bsdf": {"type": "null"}}
+        hull = {"type": "cube", "to_world": [{"scale": [3.2, 1.6, 2]}, {"translate": [0, 1.59, 0]}], "bsdf": {"type": "null"}}
         solids["haze"] = {**hull, "interior": {"type": "homogeneous", "sigma_t": haze, "albedo": 0.9}}
-    return scene({**solids, **lights}, 96, integrator={"type": "bdpt" if haze else "path"})
+    return scene({**solids, **lights}, 96, integrator={"type": "bdpt", "max_depth": 4} if haze else {"type": integrator})
 
 
 def dusk(folder: Path) -> str:
@@ -356,7 +357,7 @@ def emitters(folder: Path) -> dict[str, tuple[str, Any]]:
                     "beam": {
                         "type": "collimated",
                         "radius": 0.1,
-                        "irradiance": 90,
+                        "irradiance": 170,
                         "to_world": lookat([-2.2, 1.7, 1.7], [0.75, 0.55, 0.1]),
                     },
                     "fill": {"type": "constant", "radiance": 0.1},
@@ -478,7 +479,8 @@ def emitters(folder: Path) -> dict[str, tuple[str, Any]]:
                         "to_world": [{"translate": [-0.5, -0.5, -0.5]}, {"scale": [0.12, 1.3, 0.12]}, {"translate": [-0.1, 1.15, 0.9]}],
                     },
                     "fill": fill,
-                }
+                },
+                integrator="bdpt",
             ),
         ),
     }
