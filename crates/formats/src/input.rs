@@ -248,7 +248,8 @@ mod tests {
         assert_eq!(Limits::of(1 << 20).most(1 << 30), (10 << 30) + (64 << 20));
         assert!(Limits::of(1 << 30).check(1 << 28, 4, 100).is_ok());
         let error = |count| Limits::of(1 << 30).check(count, 4, 100).unwrap_err();
-        let text = "too large: it needs 1.5 GiB of memory, more than the limit of 1.0 GiB: raise --memory";
+        let text =
+            "too large: it needs 1.5 GiB of memory, more than the limit of 1.0 GiB: raise --memory";
         assert_eq!(error(3 << 27).to_string(), text);
         let text = "too large: it needs 1073741828 bytes of memory, more than the limit of 1073741824 bytes: raise \
                     --memory";

@@ -346,7 +346,10 @@ fn mistakes() {
             json!({"Pattern": {"Data": [1, 1, 1]}}),
             "its Pattern has 3 values, but Param1 and Param2 state 2 x 1",
         ),
-        (json!({"Pattern": {"Data": [1, -1]}}), "has the value -1, but values must be at least 0"),
+        (
+            json!({"Pattern": {"Data": [1, -1]}}),
+            "has the value -1, but values must be at least 0",
+        ),
         (
             json!({"Pattern": {"Data": [0, 0]}}),
             "all values of its Pattern are 0",

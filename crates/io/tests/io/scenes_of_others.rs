@@ -180,7 +180,10 @@ fn definitions_are_referred_to() {
     assert_eq!((loaded.samples, loaded.scene().film().width), (3, 5));
     let unused = try_load(&format!("<emitter type='area' id='light'/>{CAMERA}")).unwrap_err();
     let unused = unused.to_string();
-    assert!(unused.contains("belongs inside the shape that it covers"), "{unused}");
+    assert!(
+        unused.contains("belongs inside the shape that it covers"),
+        "{unused}"
+    );
 }
 
 /// Parameters without effect on the image are accepted; those that Mitsuba ignores silently cause a

@@ -128,7 +128,13 @@ fn errors_are_smaller_and_true_and_means_agree() {
         let [even, adaptive] = [false, true].map(|adaptive| observe(&scene, replicates, adaptive));
         let variance = |o: &Observed| o.pixels.iter().map(Moments::variance).sum::<f64>();
         let ratio = variance(&adaptive) / variance(&even);
-        assert!(ratio < 0.75, "{replicates:?}: {ratio}");
+        // Evenly distributed samples leave less noise for adaptive sampling to reduce.
+        let most = if replicates == Replicates::SINGLE {
+            0.75
+        } else {
+            0.8
+        };
+        assert!(ratio < most, "{replicates:?}: {ratio}");
         let zs = [even.excess.z(0.0), adaptive.excess.z(0.0)];
         max_abs_z(&zs, FALSE_ALARM).unwrap();
         let pairs = even.pixels.iter().zip(&adaptive.pixels);

@@ -78,19 +78,19 @@ fn all_emitters_and_many_bounces_are_told_apart() {
 }
 
 #[test]
-#[should_panic(expected = "the film tells 1 emitters apart, but the scene has 2")]
+#[should_panic(expected = "the film separates 1 emitters, but the scene has 2")]
 fn fewer_emitters_than_there_are() {
     by_emitters(1);
 }
 
 #[test]
-#[should_panic(expected = "the film tells 0 emitters apart, but the scene has 2")]
+#[should_panic(expected = "the film separates 0 emitters, but the scene has 2")]
 fn no_emitters() {
     by_emitters(0);
 }
 
 #[test]
-#[should_panic(expected = "a film tells at most 1000 bounces apart, not 4294967295")]
+#[should_panic(expected = "a film separates at most 1000 bounces, not 4294967295")]
 fn too_many_bounces() {
     by_bounces(u32::MAX);
 }
