@@ -46,7 +46,7 @@ PAGES = [
 
 MASKS = [
     # The report of a render: time, speed, and ratios that a pilot has measured.
-    (r"^(\d+ h |\d+ min )?[\d.]+ (s|min) · ", "… · "),
+    (r"^(shard \d+ of \d+: )?(\d+ h |\d+ min )?[\d.]+ (s|min) · ", r"\1… · "),
     (r" · [\d.]+( [kMG])? (samples|particles)/s", " · …"),
     (r"a pilot finds it [^·\n]*[^·\s]", "a pilot finds it …"),
     # `morgana status`.
