@@ -229,7 +229,7 @@ def sweep(
     if math.prod(shape) == 0 or not shape:
         raise RenderError("sweep needs a parameter with at least one value")
     if isinstance(scene, Scene):
-        raise TypeError("a Scene has its parameters already: sweep takes a file or a dictionary")
+        raise TypeError("a Scene has fixed parameters: give sweep a file or a dictionary")
     source: Source = dict(scene) if isinstance(scene, Mapping) else os.path.abspath(scene)
     runs = [{**(fixed or {}), **dict(zip(names, point))} for point in itertools.product(*values)]
     points = _here(source, runs, options) if executor is None else _by_workers(executor, source, runs, options)

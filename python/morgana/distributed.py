@@ -156,7 +156,7 @@ class _Source(NamedTuple):
             return cls(dict(scene), parameters)
         if isinstance(scene, Scene):
             if parameters:
-                raise RenderError("a Scene has its parameters already: give them to load_file or load_dict")
+                raise RenderError("a Scene has fixed parameters: give them to load_file or load_dict")
             return cls(scene, parameters)
         return cls(os.path.abspath(scene), parameters)
 

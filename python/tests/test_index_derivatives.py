@@ -89,7 +89,7 @@ def test_scenes_whose_light_jumps_are_refused():
     refused("the light of 'point' jumps", {**foggy(), "lantern": point}, by=never)
     refused("no parameter 'height'", foggy(), names=["fog.ior.height"], by=never)
     for blurs in ("photon", "sppm", "vcm"):
-        refused(f"light that the integrator {blurs} blurs has no derivatives", foggy(), by=never, integrator=blurs)
+        refused(f"the integrator {blurs} blurs light, which then has no derivatives", foggy(), by=never, integrator=blurs)
     paths = [morgana.derivatives(load(foggy()), ["fog.ior"], weights(), spp=4, integrator=name) for name in (None, "path", "bdpt", "particle")]
     assert all(found == paths[0] for found in paths)
 

@@ -70,7 +70,7 @@ def test_named_axes_are_put_in_order():
 
 def test_output_is_the_fluence():
     assert morgana.load_mcx(configuration(outputtype="fluence")) == morgana.load_mcx(configuration())
-    with pytest.warns(morgana.SceneWarning, match=r"\(outputtype\) changes nothing: values are the fluence per joule; .* 'absorbed'"):
+    with pytest.warns(morgana.SceneWarning, match=r"\(outputtype\) has no effect: morgana reads the fluence per joule; .* 'absorbed'"):
         morgana.load_mcx(configuration(outputtype="energy"))
     with pytest.warns(morgana.SceneWarning, match="by the width of a time gate"):
         morgana.load_mcx(configuration(outputtype="flux"))
@@ -129,16 +129,16 @@ def test_sides_may_be_said_twice(given):
     [
         ({"nphoton": 1000.5}, "nphoton is 1000.5 but must be a whole number"),
         ({"nphoton": float("nan")}, "nphoton is nan but must be a whole number"),
-        ({"respin": 10}, "respin is 10 but must be 1: give the number of all photons as nphoton"),
+        ({"respin": 10}, "respin is 10 but must be 1: give the total number of photons as nphoton"),
         ({"seed": np.zeros((16, 5), "uint8")}, "does not replay photons"),
         ({"debuglevel": "PR"}, "random numbers instead of the fluence"),
-        ({"maxgate": 3, "tend": 5e-9, "tstep": 1e-9}, "maxgate is 3, less than there are time gates: leave it out"),
+        ({"maxgate": 3, "tend": 5e-9, "tstep": 1e-9}, "maxgate is 3, less than the number of time gates: leave it out"),
         ({"isspecular": 1, "isreflect": 0}, "give DoMismatch 1 or DoSpecular 0"),
         *[({"bc": flags}, f"bc is '{flags}', but sides") for flags in ("cccccc", "_____m", "aaaaaa", "______001000")],
         ({"bc": "rrrrrr", "isreflect": 0}, "bc is 'rrrrrr', but sides"),
         ({"bc": 5}, "bc is 5, but sides"),
         ({"shapes": "{"}, r"cfg\['shapes'\] is not JSON"),
-        ({"shapes": '{"Shapes": [{"Tetrahedron": {"Tag": 2}}]}'}, "'tetrahedron' is not among the shapes"),
+        ({"shapes": '{"Shapes": [{"Tetrahedron": {"Tag": 2}}]}'}, "unknown shape 'tetrahedron'"),
         ({"shapes": 3}, "Shapes must be a list of shapes"),
     ],
 )

@@ -164,11 +164,11 @@ def test_other_files_say_what_to_do(measured, tmp_path):
     for name, said in [
         ("array.npy", "not a readings file: read all readings of one render, which morgana render wrote to an .npz or .h5 file"),
         ("damaged.npz", "the array 'emitted': "),
-        ("half.npz", "this archive of arrays"),
+        ("half.npz", "it is not a readable archive"),
         ("metadata.npz", "files without arrays of numbers"),
         ("missing.npz", "cannot read"),
         ("other.npz", "not a readings file"),
-        ("text.npz", "this archive of arrays"),
+        ("text.npz", "it is not a readable archive"),
     ]:
         for load in (morgana.Records.load, lambda path: morgana.Reading.load(path, "power")):
             with pytest.raises(morgana.FileError, match=f"{name}: .*{said}"):

@@ -153,9 +153,10 @@ pub(super) fn build(
     // Choose the sampler, with a warning if the named one is not available.
     let name = object.plugin.as_str();
     let named = SamplerRequest::named(name);
-    let (used, replacement) = match EVEN.contains(&name) {
-        true => ("ldsampler", SamplerRequest::Even),
-        false => ("independent", SamplerRequest::Independent),
+    let (used, replacement) = if EVEN.contains(&name) {
+        ("ldsampler", SamplerRequest::Even)
+    } else {
+        ("independent", SamplerRequest::Independent)
     };
     let unlike = named.is_none().then(|| {
         let message = format!("sampler '{name}' is not available; '{used}' is used instead");
