@@ -339,7 +339,7 @@ fn what_is_no_formula_is_refused_where_it_is_wrong() {
         ("1 + sin*x", "sin", "write its argument in parentheses"),
         ("atan2(x)", "atan2", "takes 2 arguments, not 1"),
         ("exp(x, y)", "exp", "takes 1 argument, not 2"),
-        ("1 + abs(x)", "abs", "not smooth"),
+        ("1 + abs(x)", "abs", "has a kink or a step"),
         ("x # y", "#", "unexpected character '#' in the formula"),
         ("1 + é", "é", "unexpected character 'é' in the formula"),
         ("1..2 + x", ".2", "expected an operator"),
