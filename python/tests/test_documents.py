@@ -74,16 +74,6 @@ def test_processes_start_from_a_script(tmp_path):
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.parametrize("name", [name for name in documents.PAGES if re.search(r"^```xml\n<scene", (ROOT / name).read_text(), re.MULTILINE)])
-@pytest.mark.filterwarnings("ignore::morgana.SceneWarning")
-def test_scenes_without_a_title_load(name, tmp_path):
-    for scene in blocks(name, "xml"):
-        if scene.startswith("<scene"):
-            path = tmp_path / "scene.xml"
-            path.write_text(scene)
-            morgana.load_file(path)
-
-
 def prose(path):
     """Returns a document without its code."""
     return re.sub(r"^```.*?^```", "", path.read_text(), flags=re.DOTALL | re.MULTILINE)

@@ -124,7 +124,7 @@ CASES = [
     # Many runs.
     (lambda s, f, r, m: morgana.sweep(LENS, {"width": "12"}), TypeError, "values of 'width' are '12': give a list"),
     (lambda s, f, r, m: morgana.sweep(LENS, {"width": [12]}, fixed={"width": 3}), morgana.RenderError, "both varied and fixed"),
-    (lambda s, f, r, m: morgana.sweep(s, {"width": [12]}), TypeError, "sweep takes a file or a dictionary"),
+    (lambda s, f, r, m: morgana.sweep(s, {"width": [12]}), TypeError, "give sweep a file or a dictionary"),
     (lambda s, f, r, m: morgana.distributed.render(s, None), TypeError, "an executor with a method submit"),
     (lambda s, f, r, m: morgana.distributed.render(s, here(), shards=0), morgana.RenderError, "shards is 0"),
     (lambda s, f, r, m: morgana.distributed.render(s, here(), retries=-1), morgana.RenderError, "retries is -1"),
