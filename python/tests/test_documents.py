@@ -29,6 +29,7 @@ def blocks(name, language):
 
 
 @pytest.mark.parametrize("name", documents.PAGES)
+@pytest.mark.filterwarnings("ignore::morgana.SceneWarning")
 def test_pages_show_what_they_print(name, tmp_path):
     text = documents.Page(name, tmp_path, LONG).run()
     assert documents.difference(name, text) == "", f"scripts/documents.py --write {name} updates the page"
@@ -47,7 +48,7 @@ def test_changed_numbers_are_found(tmp_path, monkeypatch):
             ran = documents.Page("page.md", pathlib.Path(folder)).run()
         return [line for line in documents.difference("page.md", ran).splitlines()[2:] if line[0] in "+-"]
 
-    command = "```console\n$ morgana render scenes/sky.xml -o sky.png --spp 4\n{}\n```\n"
+    command = "```console\n$ morgana render scenes/sky.xml -o sky.png --spp 4\n{}\nwrote sky.png\n```\n"
     report = "… · 4 spp · … · mean 1 ± 0 · no connections · integrator path: a pilot finds no noise"
     assert changed(command.format(report)) == []
     wrong = report.replace("mean 1", "mean 2")
