@@ -189,7 +189,9 @@ def a_scan(light: Union[Records, Result, Image], lengths: ArrayLike, source: Sou
 
     Light of a film is spread evenly within each bin of length; light outside the bins is ignored.
     Of tagged light, all sidebands count; of Stokes parameters, S0. Errors of bins are taken as
-    independent: they are slightly too small if one path contributes to several bins within a gate.
+    independent. They are slightly too small if one path contributes to several bins within a gate.
+    They are too large if the samples of a pixel are evenly distributed, as with the sampler
+    ``ldsampler`` and by default: take ``independent`` samples where the error matters.
 
     Parameters
     ----------
