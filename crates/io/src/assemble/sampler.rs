@@ -65,6 +65,8 @@ impl SamplerRequest {
     /// Returns the replicates for `count` samples, if the renderer supports replicates.
     pub fn replicates(self, scene: &Scene, count: u64) -> Replicates {
         let (least, increase) = match self {
+            // Planted error "few replicates by default", found by morgana-io/io::samplers::replicates_grow_with_the_number_of_samples:
+            // SamplerRequest::Open => (SOME_REPLICATES, 0.0),
             SamplerRequest::Open => (MANY_REPLICATES, 0.0),
             SamplerRequest::Independent => return Replicates::SINGLE,
             SamplerRequest::Even => (SOME_REPLICATES, MAX_INCREASE),

@@ -219,6 +219,8 @@ impl Points {
     fn place(&self, random: u64) -> u32 {
         let n = 1 << self.digits;
         let shift = random as u32 & (n - 1);
+        // Planted error "groups of dimensions in one order", found by morgana-transport/transport::points::groups_are_paired_at_random:
+        // let factor = 0;
         let factor = ((u128::from(random) * u128::from(n - 1)) >> 64) as u32;
         let product = match self.index {
             0 => 0,
@@ -253,6 +255,8 @@ impl Points {
         x = x.wrapping_mul(seed >> 16 | 1);
         x ^= x.wrapping_mul(0x0552_6c56);
         x ^= x.wrapping_mul(0x53a2_2864);
+        // Planted error "points without scrambling", found by morgana-transport/transport::points::points_are_uniform_and_replicates_independent:
+        // digits
         self.reversed(x)
     }
 
