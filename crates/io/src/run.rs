@@ -128,7 +128,11 @@ impl<'a> Run<'a> {
             extent.seconds,
         ) {
             let guess = choice.expected_samples(&self.loaded.groups, seconds);
-            self.replicates = guess.map(|samples| self.loaded.replicates(samples as u64));
+            // Replicates of all sizes divide a power of two.
+            // Planted error "replicates must divide a guessed number of samples", found by morgana-io/io::samplers::replicates_of_unknown_numbers_of_samples_follow_from_the_time:
+            // let rounded = |samples: f64| samples as u64;
+            let rounded = |samples: f64| 1 << (samples as u64).max(1).ilog2();
+            self.replicates = guess.map(|samples| self.loaded.replicates(rounded(samples)));
         }
     }
 

@@ -1,6 +1,8 @@
 //! Samplers in scene files: replicates and numbers of samples.
 
-use morgana_io::{Diagnostics, LoadOptions, Loaded};
+use morgana_io::{Diagnostics, LoadOptions, Loaded, Run};
+use std::time::Duration;
+use transport::render::Handle;
 
 fn load(integrator: &str, sampler: &str, samples: Option<u64>) -> Loaded {
     load_with(integrator, sampler, ("", ""), samples)
@@ -76,12 +78,7 @@ fn replicates_grow_with_the_number_of_samples() {
             .map(|samples| named.replicates(samples).whole(samples));
         assert!(once == twice && 4 * once <= 5 * samples, "{samples}");
     }
-    let directory = tempfile::tempdir().unwrap();
-    let path = directory.path().join("scene.json");
-    let text =
-        r#"{"type": "scene", "sensor": {"type": "perspective"}, "sky": {"type": "constant"}}"#;
-    std::fs::write(&path, text).unwrap();
-    let open = morgana_io::load_scene(&path, &LoadOptions::default()).unwrap();
+    let open = sky(8, &LoadOptions::default());
     for (samples, expected) in [
         (31, 1),
         (64, 4),
@@ -93,6 +90,48 @@ fn replicates_grow_with_the_number_of_samples() {
     ] {
         assert_eq!(open.replicates(samples).size(), expected, "{samples}");
     }
+}
+
+/// Loads a sky, seen by `width` × 8 pixels, whose scene names neither sampler nor integrator.
+fn sky(width: usize, options: &LoadOptions) -> Loaded {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("scene.json");
+    let film = format!(r#"{{"type": "hdrfilm", "width": {width}, "height": 8}}"#);
+    let text = format!(
+        r#"{{"type": "scene", "sensor": {{"type": "perspective", "film": {film}}}, "sky": {{"type": "constant"}}}}"#
+    );
+    std::fs::write(&path, text).unwrap();
+    morgana_io::load_scene(&path, options).unwrap_or_else(|d| panic!("{d}"))
+}
+
+/// Without a number of samples, the size follows from the number that a pilot expects within the
+/// time limit. Without a pilot, it follows from the scene's number.
+#[test]
+fn replicates_of_unknown_numbers_of_samples_follow_from_the_time() {
+    let size = |seconds: u64, width: usize, options: &LoadOptions| {
+        let loaded = sky(width, options);
+        let mut run = Run {
+            total: None,
+            time: Some(Duration::from_secs(seconds)),
+            ..Run::new(&loaded)
+        };
+        run.choose(&Handle::default());
+        run.options().replicates.size()
+    };
+    let open = LoadOptions::default();
+    assert_eq!(size(600, 8, &open), 1024);
+    let [small, large] = [8, 8000].map(|width| size(1, width, &open));
+    assert!(small >= 16 * large, "{small} {large}");
+    let path = LoadOptions {
+        integrator: Some("path".into()),
+        ..LoadOptions::default()
+    };
+    assert_eq!(size(600, 8, &path), 4);
+    let independent = LoadOptions {
+        sampler: Some("independent".into()),
+        ..LoadOptions::default()
+    };
+    assert_eq!(size(600, 8, &independent), 1);
 }
 
 #[test]
