@@ -1,7 +1,7 @@
 //! Fields that are moved, rotated, scaled or sheared.
 
 use super::error::{FieldError, finite_vector};
-use super::{Field, IndexDerivative, Jet};
+use super::{BoundsOf, Field, IndexDerivative, Jet};
 use crate::bounds::{Aabb, FieldBounds, symmetric_eigenvalues};
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -124,10 +124,15 @@ impl Affine {
         }
     }
 
-    /// Computes bounds. uᵀMᵀHMu lies between the extreme eigenvalues of H times |Mu|². The sign of
-    /// the eigenvalue determines whether the largest or the smallest |Mu|² is taken.
     pub(super) fn bounds(&self, region: &Aabb) -> FieldBounds {
-        let local = self.field.bounds(&self.local_box(region));
+        self.bounds_by(region, Field::bounds)
+    }
+
+    /// Computes bounds from `inner`, the bounds of the field before the map. uᵀMᵀHMu lies between
+    /// the extreme eigenvalues of H times |Mu|². The sign of the eigenvalue determines whether the
+    /// largest or the smallest |Mu|² is taken.
+    pub(super) fn bounds_by(&self, region: &Aabb, inner: BoundsOf) -> FieldBounds {
+        let local = inner(&self.field, &self.local_box(region));
         let [small, large] = self.stretch;
         let squared = |against: bool| {
             if against {

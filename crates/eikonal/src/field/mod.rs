@@ -130,6 +130,9 @@ pub enum Field {
     Scaled(Scaled),
 }
 
+/// Function that computes the bounds of a field over a box.
+type BoundsOf = fn(&Field, &Aabb) -> FieldBounds;
+
 /// Calls a method of the variant of a field.
 macro_rules! each {
     ($self:expr, $f:ident => $e:expr) => {
@@ -230,6 +233,19 @@ impl Field {
     /// Returns conservative bounds over a box.
     pub fn bounds(&self, region: &Aabb) -> FieldBounds {
         each!(self, f => f.bounds(region))
+    }
+
+    /// Returns [`Field::bounds`]. A grid also stores them, so that copies of the field and fields
+    /// that scale it need not compute them again.
+    pub fn stored_bounds(&self, region: &Aabb) -> FieldBounds {
+        let inner: BoundsOf = Field::stored_bounds;
+        match self {
+            Field::Bspline(f) => f.stored_bounds(region),
+            Field::Sum(f) => f.bounds_by(region, inner),
+            Field::Affine(f) => f.bounds_by(region, inner),
+            Field::Scaled(f) => f.bounds_by(region, inner),
+            _ => self.bounds(region),
+        }
     }
 
     /// Local length scale L, by which steps are chosen. The field turns rays no faster than once in

@@ -1,7 +1,7 @@
 //! A field at another wavelength (docs/theory.md#dispersion).
 
 use super::error::{FieldError, positive};
-use super::{Bspline, Field, IndexChange, IndexDerivative, Jet, outer};
+use super::{BoundsOf, Bspline, Field, IndexChange, IndexDerivative, Jet, outer};
 use crate::bounds::{Aabb, FieldBounds, mul};
 use glam::DVec3;
 
@@ -118,10 +118,15 @@ impl Scaled {
         }
     }
 
-    /// Computes bounds. The derivatives of n² with respect to n_0² are monotonic. The second
-    /// derivative times ∇n_0² ⊗ ∇n_0² has eigenvalues from 0 to the second derivative times |∇n_0²|².
     pub(super) fn bounds(&self, region: &Aabb) -> FieldBounds {
-        let bounds = self.field.bounds(region);
+        self.bounds_by(region, Field::bounds)
+    }
+
+    /// Computes bounds from `inner`, the bounds of the unscaled field. The derivatives of n² with
+    /// respect to n_0² are monotonic. The second derivative times ∇n_0² ⊗ ∇n_0² has eigenvalues from
+    /// 0 to the second derivative times |∇n_0²|².
+    pub(super) fn bounds_by(&self, region: &Aabb, inner: BoundsOf) -> FieldBounds {
+        let bounds = inner(&self.field, region);
         let is_index = bounds.n2_min > 0.0;
         if self.background > 0.0 && !is_index {
             return FieldBounds {

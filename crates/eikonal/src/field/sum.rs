@@ -1,7 +1,7 @@
 //! Superposition of fields.
 
 use super::error::{FieldError, positive};
-use super::{Field, Jet};
+use super::{BoundsOf, Field, Jet};
 use crate::bounds::{Aabb, FieldBounds};
 use glam::DVec3;
 
@@ -75,12 +75,16 @@ impl Sum {
         })
     }
 
-    /// Computes bounds: the extreme eigenvalues of a sum lie between the sums of the extreme
-    /// eigenvalues (Weyl).
     pub(super) fn bounds(&self, region: &Aabb) -> FieldBounds {
+        self.bounds_by(region, Field::bounds)
+    }
+
+    /// Computes bounds from `inner`, the bounds of the terms: the extreme eigenvalues of a sum lie
+    /// between the sums of the extreme eigenvalues (Weyl).
+    pub(super) fn bounds_by(&self, region: &Aabb, inner: BoundsOf) -> FieldBounds {
         let start = FieldBounds::constant(self.n2_ref);
         self.terms.iter().fold(start, |sum, t| {
-            let term = t.bounds(region);
+            let term = inner(t, region);
             FieldBounds {
                 n2_min: sum.n2_min + (term.n2_min - self.n2_ref),
                 n2_max: sum.n2_max + (term.n2_max - self.n2_ref),

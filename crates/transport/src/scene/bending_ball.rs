@@ -218,7 +218,7 @@ fn drift(field: &Field, ball: &Ball, shape: &Shape, region: &Region) -> f64 {
     let across = |cell: Aabb| {
         // Within a cell, ∇n² changes by at most the Hessian times the distance from the centre of
         // the cell.
-        let (bounds, h) = (field.bounds(&cell), 0.5 * cell.diagonal());
+        let (bounds, h) = (field.stored_bounds(&cell), 0.5 * cell.diagonal());
         let (_, gradient) = field.gradient(cell.center());
         let arm = cell.center() - ball.center;
         let change = bounds.hess_max.abs().max(bounds.hess_min.abs()) * h;

@@ -69,7 +69,7 @@ fn region(
             return field.bounds(&aabb);
         }
         let cells = holders.iter().flat_map(|o| cells(&o.shape, margin));
-        let bounds = cells.map(|cell| field.bounds(&cell));
+        let bounds = cells.map(|cell| field.stored_bounds(&cell));
         bounds
             .reduce(FieldBounds::union)
             .unwrap_or_else(|| field.bounds(&aabb))

@@ -12,6 +12,11 @@ use super::lattice::{cell, first_coefficient};
 use crate::bounds::{Aabb, FieldBounds, interval_eigenvalues};
 use fearless_simd::dispatch;
 use glam::{DMat3, DVec3};
+use std::sync::PoisonError;
+
+/// Maximum number of boxes whose bounds a field stores: four shapes, covered by at most 16³ boxes
+/// each. They take at most 1.5 MB.
+const MOST_STORED: usize = 4 * 4096;
 
 impl Bspline {
     pub(in crate::field) fn bounds(&self, region: &Aabb) -> FieldBounds {
@@ -25,6 +30,20 @@ impl Bspline {
         let blocks = || Blocks::new(self, self.lattice.dims());
         let bounds = self.blocks.get_or_init(blocks).bounds(&cells);
         bounds.unwrap_or_else(|| self.bounds_in(&cells))
+    }
+
+    pub(in crate::field) fn stored_bounds(&self, region: &Aabb) -> FieldBounds {
+        let stored = || self.bounds.lock().unwrap_or_else(PoisonError::into_inner);
+        let cells = self.cells(region);
+        if let Some(bounds) = stored().get(&cells) {
+            return *bounds;
+        }
+        let bounds = self.bounds(region);
+        let mut stored = stored();
+        if stored.len() < MOST_STORED {
+            stored.insert(cells, bounds);
+        }
+        bounds
     }
 
     /// Returns bounds over a range of cells.

@@ -22,15 +22,16 @@ pub use lattice::Placement;
 pub use noise::NoiseShares;
 
 use super::error::{FieldError, not_negative};
-use crate::bounds::Aabb;
-use blocks::Blocks;
+use crate::bounds::{Aabb, FieldBounds};
+use blocks::{Blocks, Cells};
 use fearless_simd::Level;
 use glam::DVec3;
 use homogeneous::HomogeneousBlocks;
 use lattice::{Lattice, PAD};
 use memory::Coefficients;
 use scales::Scales;
-use std::sync::{Arc, OnceLock};
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, OnceLock};
 
 /// Contrast δ = n² − n_ref² as the tricubic B-spline that interpolates samples on a regular grid.
 /// It is C², of order four in the spacing away from the faces and of order three on them (Unser,
@@ -67,6 +68,8 @@ pub struct Bspline {
     /// Bounds over blocks, computed when bounds over a large box are first needed. Copies of the
     /// field share them.
     blocks: Arc<OnceLock<Blocks>>,
+    /// Stored bounds over ranges of cells. Copies of the field share them.
+    bounds: Arc<Mutex<BTreeMap<Cells, FieldBounds>>>,
 }
 
 impl Bspline {
@@ -291,6 +294,7 @@ impl Bspline {
             interpolates: true,
             level: crate::lanes::level(),
             blocks: Arc::default(),
+            bounds: Arc::default(),
         }
     }
 
