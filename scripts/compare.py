@@ -143,7 +143,7 @@ def picture(run, stops):
 TEXT = """# Comparison of the estimators
 
 Use this page to choose between `path`, `particle` and `bdpt`. It compares these estimators on the example scenes at equal time.
-The numbers come from one run of `scripts/compare.py`, which you can repeat on any machine: {seeds} independent renders per row, {time:g} s
+The numbers come from one run of `scripts/compare.py`, which you can repeat on any machine. The run made {seeds} independent renders per row, {time:g} s
 each on {threads} thread(s).
 
 ![Each scene by path, particle and bdpt, from left to right](images/comparison.png)
@@ -157,9 +157,9 @@ each on {threads} thread(s).
 | column | meaning |
 |---|---|
 | mean of the image | with its standard error, from the differences between the renders. If estimators differ by much more than this error, one of them misses light ([which light](scene/integrator.md#what-connections-find)) |
-| relative MSE | variance of a pixel between renders of one estimator, divided by the square of its brightness (the median of the estimators' means, plus {dark:g} % of the image's mean), averaged over pixels and channels |
+| relative MSE | variance of a pixel between renders of one estimator, divided by the square of the pixel's brightness, averaged over pixels and channels. The brightness is the median of the estimators' means, plus {dark:g} % of the image's mean |
 | gain | processor time of `path` for an equal error, divided by the processor time of the estimator |
-| capped | branches whose weighting was cut off, in all renders together |
+| capped | branches with a weighting that was cut off, in all renders together |
 
 Variances from a few renders are themselves uncertain. A relative MSE above 1 comes from rare bright samples; only its order of magnitude is
 meaningful.
