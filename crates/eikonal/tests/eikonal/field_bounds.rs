@@ -1,10 +1,10 @@
 //! Bounds of every field over boxes: they hold, and are not much too wide.
 
 use crate::common::{Case, Random, all_fields, scale};
-use glam::{DMat3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 use morgana_eikonal::bounds::symmetric_eigenvalues;
-use morgana_eikonal::field::{Bspline, Placement};
-use morgana_eikonal::{Aabb, FieldBounds};
+use morgana_eikonal::field::{Affine, Bspline, Placement, Scaled};
+use morgana_eikonal::{Aabb, Field, FieldBounds};
 
 /// Extremes that dense sampling of a box finds.
 struct Sampled {
@@ -249,6 +249,40 @@ fn bounds_of_large_grids_are_those_of_their_parts() {
             assert!(whole.grad_max < 1.3 * parts.grad_max, "{whole:?} {parts:?}");
         }
     }
+}
+
+/// Stored bounds are the bounds, and fields of one grid store them together.
+#[test]
+fn fields_of_one_grid_store_bounds_together() {
+    let domain = Aabb::new(DVec3::ZERO, DVec3::ONE);
+    let index = |x: DVec3| 1.4 + 0.02 * (3.0 * x.x).sin() * (2.0 * x.y + x.z).cos();
+    let grid = Bspline::from_fn([20; 3], domain, Placement::Nodes, index).unwrap();
+    let alone: Field = grid.clone().into();
+    let turn = DAffine3::from_rotation_z(0.3);
+    let fields: [Field; 4] = [
+        alone.clone(),
+        Scaled::new(alone.clone(), 1.1).unwrap().into(),
+        Scaled::excess(grid, 1.3, 0.9).unwrap().into(),
+        Affine::new(Scaled::new(alone.clone(), 1.2).unwrap().into(), turn)
+            .unwrap()
+            .into(),
+    ];
+    let (mut random, mut boxes) = (Random(5), 0);
+    for _ in 0..50 {
+        let region = random.sub_box(&domain);
+        for field in &fields {
+            let bounds = field.bounds(&region);
+            let before = alone.memory();
+            assert_eq!(field.stored_bounds(&region), bounds);
+            let stored = alone.memory();
+            // The first three fields need the same cells; the fourth needs others.
+            assert!(stored == before || !matches!(field, Field::Scaled(_)));
+            boxes += usize::from(stored > before);
+            assert_eq!(field.stored_bounds(&region), bounds);
+            assert_eq!(alone.memory(), stored);
+        }
+    }
+    assert!(boxes > 80, "{boxes}");
 }
 
 #[test]

@@ -12,7 +12,8 @@ use super::lattice::{cell, first_coefficient};
 use crate::bounds::{Aabb, FieldBounds, interval_eigenvalues};
 use fearless_simd::dispatch;
 use glam::{DMat3, DVec3};
-use std::sync::PoisonError;
+use std::collections::BTreeMap;
+use std::sync::{MutexGuard, PoisonError};
 
 /// Maximum number of boxes whose bounds a field stores: four shapes, covered by at most 16³ boxes
 /// each. They take at most 1.5 MB.
@@ -33,17 +34,21 @@ impl Bspline {
     }
 
     pub(in crate::field) fn stored_bounds(&self, region: &Aabb) -> FieldBounds {
-        let stored = || self.bounds.lock().unwrap_or_else(PoisonError::into_inner);
         let cells = self.cells(region);
-        if let Some(bounds) = stored().get(&cells) {
+        if let Some(bounds) = self.stored().get(&cells) {
             return *bounds;
         }
         let bounds = self.bounds(region);
-        let mut stored = stored();
+        let mut stored = self.stored();
         if stored.len() < MOST_STORED {
             stored.insert(cells, bounds);
         }
         bounds
+    }
+
+    /// Returns the stored bounds.
+    pub(super) fn stored(&self) -> MutexGuard<'_, BTreeMap<Cells, FieldBounds>> {
+        self.bounds.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Returns bounds over a range of cells.

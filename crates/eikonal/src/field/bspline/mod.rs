@@ -77,7 +77,8 @@ impl Bspline {
         let blocks = self.blocks.get().map_or(0, Blocks::memory);
         let scales = self.scales.as_ref().map_or(0, |s| s.memory());
         let homogeneous = self.homogeneous.as_ref().map_or(0, |c| c.memory());
-        self.coefficients.len() * size_of::<f32>() + blocks + scales + homogeneous
+        let bounds = self.stored().len() * size_of::<(Cells, FieldBounds)>();
+        self.coefficients.len() * size_of::<f32>() + blocks + scales + homogeneous + bounds
     }
 
     /// Creates a field through `samples` of n (f32 or f64), x fastest, then y, then z, of a grid of
