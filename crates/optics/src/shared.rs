@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::convert::Infallible;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
-/// Cache of values by the key from which they are computed. A value is kept as long as someone
-/// holds it. Scenes, channels and threads share the values.
+/// Cache of values by the key from which they are computed. A value stays in the cache as long as
+/// an `Arc` to it exists. Scenes, channels and threads share the values.
 #[derive(Debug)]
 pub struct Shared<K, V> {
     made: Mutex<BTreeMap<K, Weak<V>>>,
@@ -27,9 +27,9 @@ impl<K: Ord, V> Shared<K, V> {
         }
     }
 
-    /// Returns the value of `key`, computing it if nobody holds it. `make` must depend on the key
-    /// alone. Threads that ask at the same time may each compute the value; all of them share the
-    /// first result.
+    /// Returns the value of `key`. Computes it by `make` if the cache does not have it. `make` must
+    /// depend on the key alone. Several threads may compute the value at the same time; all of them
+    /// then share the first result.
     pub fn get(&self, key: K, make: impl FnOnce() -> V) -> Arc<V> {
         let made: Result<_, Infallible> = self.try_get(key, || Ok(make()));
         made.unwrap_or_else(|never| match never {})
@@ -58,8 +58,8 @@ impl<K: Ord, V> Shared<K, V> {
     }
 }
 
-/// Set of values that keeps only one copy of equal values. A value is kept as long as someone holds
-/// it.
+/// Set of values that keeps only one copy of equal values. A value stays in the set as long as an
+/// `Arc` to it exists.
 #[derive(Debug)]
 pub struct Distinct<V>(Mutex<Vec<Weak<V>>>);
 
@@ -70,7 +70,8 @@ impl<V> Default for Distinct<V> {
 }
 
 impl<V: PartialEq> Distinct<V> {
-    /// Returns the held value that equals `made`, or `made` itself if there is none.
+    /// Returns the value of the set that equals `made`. If there is none, adds `made` and returns
+    /// it.
     pub fn one(&self, made: V) -> Arc<V> {
         let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         known.retain(|other| other.strong_count() > 0);
@@ -96,7 +97,7 @@ mod tests {
         assert_eq!(*SQUARES.get(4, || 16), 16);
         drop(first);
         assert_eq!(*SQUARES.get(3, || 10), 10);
-        // Values that nobody holds are removed, except the last one.
+        // The cache removes values without users, except the last one.
         assert!(SQUARES.lock().len() <= 1);
     }
 

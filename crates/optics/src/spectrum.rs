@@ -63,19 +63,19 @@ impl Spectrum {
         self.0.into_iter().sum()
     }
 
-    /// True if every channel is zero.
+    /// Returns true if every channel is zero.
     #[inline]
     pub fn is_zero(self) -> bool {
         self.0.iter().all(|&v| v == 0.0)
     }
 
-    /// True if more than one channel is positive.
+    /// Returns true if more than one channel is positive.
     #[inline]
     pub fn is_several(self) -> bool {
         self.0.iter().filter(|v| **v > 0.0).count() > 1
     }
 
-    /// True if every channel is finite.
+    /// Returns true if every channel is finite.
     #[inline]
     pub fn is_finite(self) -> bool {
         self.0.iter().all(|v| v.is_finite())

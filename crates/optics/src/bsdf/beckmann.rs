@@ -14,7 +14,7 @@ const STEEPEST: f64 = 6.0;
 /// Largest exponent x. Beyond it, e^(−x) counts as zero.
 const FARTHEST: f64 = 700.0;
 
-/// Computes D(h) at the cosine h_z = `cos` for roughness `u` along and `v` across, with `sin2` =
+/// Computes D(h) for the roughness `u` along and `v` across. `cos` is the cosine h_z, and `sin2` is
 /// (v/u) h_u² + (u/v) h_v².
 pub(super) fn d([u, v]: [f64; 2], cos: f64, sin2: f64) -> f64 {
     let cos2 = cos * cos;

@@ -115,8 +115,8 @@ impl Coat {
     fn lossless(means: &Means, eta: f64) -> Self {
         let transmittance = table(|cos| 1.0 - means.reflected(cos, eta));
         Coat {
-            // By reciprocity, the light that leaves the coat equals the light that would enter it,
-            // divided by η².
+            // The light that leaves the coat equals the light that would enter it, divided by η²
+            // (reciprocity).
             from_below: 1.0 - mean(&transmittance) / (eta * eta),
             transmittance,
         }

@@ -27,8 +27,8 @@ pub struct CoatingParameters {
     pub roughness: Option<Roughness>,
 }
 
-/// Coated surface. As in Mitsuba 0.6, light that the layer reflects back to the surface below is
-/// lost, and light crosses a rough layer as it crosses a smooth one.
+/// Coated surface. Light crosses a rough layer as it crosses a smooth one. Light that the layer
+/// reflects back to the surface below is lost, as in Mitsuba 0.6.
 #[derive(Clone, Debug)]
 pub struct Coating {
     eta: f64,
@@ -236,7 +236,8 @@ impl Coating {
     }
 
     /// Returns the colour `tint` of the layer or of the surface below. Returns `None` if both have
-    /// such a colour, or if both are mirrors, whose light has the same direction.
+    /// this colour. Also returns `None` if both are mirrors, because both reflect light in one
+    /// direction.
     pub(super) fn tint(&self, tint: Tint) -> Option<Texture> {
         let below = self.nested.tint(tint);
         match tint {

@@ -48,12 +48,12 @@ impl Dielectric {
         }
     }
 
-    /// True if the interface preserves the power of light.
+    /// Returns true if the interface preserves the power of light.
     pub fn is_clear(&self) -> bool {
         [self.specular_reflectance, self.specular_transmittance] == [Spectrum::ONE; 2]
     }
 
-    /// True if the reflectance factor is 1 in the first `channels` channels.
+    /// Returns true if the reflectance factor is 1 in the first `channels` channels.
     pub fn reflects_all(&self, channels: usize) -> bool {
         self.specular_reflectance.0[..channels]
             .iter()

@@ -25,8 +25,8 @@ struct Facts {
     depolarizes: bool,
     /// True if the matrices of reflections differ among channels.
     polarizes_by_channel: bool,
-    /// True if a nested bsdf is a thin pane, so that the matrix of the pane applies to only some of
-    /// the light that passes undeflected.
+    /// True if a nested bsdf is a thin pane. The pane's matrix then applies to only some of the
+    /// light that passes undeflected.
     holds_pane: bool,
 }
 
@@ -173,65 +173,65 @@ impl Bsdf {
         }
     }
 
-    /// True if every event is a delta. Other bsdfs may have some delta events, too: a rough
+    /// Returns true if every event is a delta. Other bsdfs may have some delta events, too: a rough
     /// dielectric where its two indices match, and the coat of plastic. Use
     /// [`BsdfSample::delta`](super::BsdfSample::delta) for these.
     pub fn is_delta(&self) -> bool {
         self.facts().delta
     }
 
-    /// True if some light is reflected by a mirror, where connections do not look for it.
+    /// Returns true if some light is reflected by a mirror, where connections do not look for it.
     pub fn is_mirror(&self) -> bool {
         self.facts().mirror
     }
 
-    /// True if some light passes undeflected: [`Bsdf::through`] returns how much.
+    /// Returns true if some light passes undeflected: [`Bsdf::through`] returns how much.
     pub fn is_partial(&self) -> bool {
         self.facts().partial
     }
 
-    /// True if the bsdf needs [`Surface::tangents`](super::Surface::tangents).
+    /// Returns true if the bsdf needs [`Surface::tangents`](super::Surface::tangents).
     pub fn uses_tangents(&self) -> bool {
         self.facts().tangents
     }
 
-    /// True if the bsdf, or a part of it, scatters by normals of its own.
+    /// Returns true if the bsdf, or a part of it, scatters by normals of its own.
     pub(crate) fn turns_normals(&self) -> bool {
         self.facts().turns_normals
     }
 
-    /// True if light passes by the geometric normal alone, as connections through smooth interfaces
-    /// require.
+    /// Returns true if light passes by the geometric normal alone, as connections through smooth
+    /// interfaces require.
     pub(crate) fn keeps_true_surface(&self) -> bool {
         self.facts().true_surface
     }
 
-    /// True if light passes undeflected through a null boundary.
+    /// Returns true if light passes undeflected through a null boundary.
     pub fn is_null(&self) -> bool {
         matches!(self, Bsdf::Null)
     }
 
-    /// True if facets refract light between the media on the two sides.
+    /// Returns true if facets refract light between the media on the two sides.
     pub fn is_rough_interface(&self) -> bool {
         self.facts().rough_interface
     }
 
-    /// True if no light passes from one side to the other.
+    /// Returns true if no light passes from one side to the other.
     pub fn is_opaque(&self) -> bool {
         self.facts().opaque
     }
 
-    /// True if scattered light counts as unpolarised.
+    /// Returns true if scattered light counts as unpolarised.
     pub fn depolarizes(&self) -> bool {
         self.facts().depolarizes
     }
 
-    /// True if the matrices of reflections differ among channels.
+    /// Returns true if the matrices of reflections differ among channels.
     pub fn polarizes_by_channel(&self) -> bool {
         self.facts().polarizes_by_channel
     }
 
-    /// True if a nested bsdf is a thin pane, so that the matrix of the pane applies to only some of
+    /// Returns true if a nested bsdf is a thin pane. The pane's matrix then applies to only some of
     /// the light that passes undeflected.
     pub fn holds_pane(&self) -> bool {
         self.facts().holds_pane

@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 
-/// Computes D(h) at the cosine h_z = `cos` for roughness `u` along and `v` across, with `sin2` =
+/// Computes D(h) for the roughness `u` along and `v` across. `cos` is the cosine h_z, and `sin2` is
 /// (v/u) h_u² + (u/v) h_v².
 pub(super) fn d([u, v]: [f64; 2], cos: f64, sin2: f64) -> f64 {
     // Evaluate cos⁴θ (1 + tan²θ/α²)² without the tangent.

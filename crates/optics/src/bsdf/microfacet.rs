@@ -193,7 +193,7 @@ impl Roughness {
         })
     }
 
-    /// True if the roughness may depend on the direction.
+    /// Returns true if the roughness may depend on the direction.
     pub(super) fn is_anisotropic(&self) -> bool {
         self.across.is_some()
     }

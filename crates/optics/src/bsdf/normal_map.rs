@@ -30,8 +30,9 @@ pub struct NormalMap {
     nested: Arc<Bsdf>,
 }
 
-/// Fraction of directions sampled around the unperturbed normal. A flipped normal depends on the
-/// viewing direction, so for the reverse path it may differ, and scatter where this one does not.
+/// Fraction of directions sampled around the unperturbed normal, if normals are flipped. A flipped
+/// normal depends on the viewing direction, so the reverse path may have another normal. It may
+/// then scatter where this path does not.
 const AROUND: f64 = 0.1;
 
 impl NormalMap {

@@ -9,7 +9,7 @@ use glam::{DMat4, DVec3};
 use num_complex::Complex64;
 
 impl Bsdf {
-    /// True if the surface changes the polarisation of light that passes undeflected.
+    /// Returns true if the surface changes the polarisation of light that passes undeflected.
     pub fn changes_what_passes(&self) -> bool {
         matches!(self, Bsdf::ThinDielectric(_)) || self.filter().is_some()
     }

@@ -161,7 +161,7 @@ pub(super) fn density(facets: &Microfacets, side: &Facing, e: &Event) -> f64 {
     (1.0 - e.f) * visible * e.o.dot(e.h).max(0.0) * jacobian
 }
 
-/// True if the indices count as equal.
+/// Returns true if the indices count as equal.
 pub(super) fn matched(side: &Facing) -> bool {
     (side.n_near - side.n_far).abs() <= MATCHED * side.n_near
 }

@@ -13,10 +13,10 @@ use crate::texture::Texture;
 use glam::DVec3;
 use std::sync::Arc;
 
-/// Rough plastic. As in Mitsuba's `roughplastic`, light is lost that the facets of the coat send to
-/// their neighbours on the way in, out, and back to the base. A lossless coat transmits to the base
-/// all light that it does not reflect. All light that the base reflects then leaves, possibly after
-/// further reflections.
+/// Rough plastic. Light that the facets of the coat send to their neighbours is lost: on the way
+/// in, out, and back to the base. Mitsuba's `roughplastic` loses it, too. A lossless coat transmits
+/// to the base all light that it does not reflect. All light that the base reflects then leaves,
+/// possibly after further reflections.
 #[derive(Clone, Debug)]
 pub struct RoughPlastic {
     eta: f64,

@@ -86,13 +86,13 @@ impl Bsdf {
         }
     }
 
-    /// True if the bsdf scatters by a normal other than the geometric one.
+    /// Returns true if the bsdf scatters by a normal other than the geometric one.
     pub fn leans(&self, s: &Surface) -> bool {
         self.is_shaded(s) || self.turns_normals()
     }
 
-    /// True if the bsdf scatters by the shading normal of the surface, and this differs from the
-    /// geometric normal.
+    /// Returns true if the bsdf scatters by the shading normal of the surface, and this differs
+    /// from the geometric normal.
     pub(super) fn is_shaded(&self, s: &Surface) -> bool {
         s.shading_normal != s.normal && !self.keeps_true_surface()
     }
@@ -107,8 +107,8 @@ impl Surface {
         }
     }
 
-    /// True if a direction is on the same side by both normals. Otherwise nothing is scattered
-    /// there, because no light comes from below the surface.
+    /// Returns true if a direction is on the same side by both normals. Otherwise nothing is
+    /// scattered there, because no light comes from below the surface.
     fn is_consistent(&self, direction: DVec3) -> bool {
         (self.normal.dot(direction) > 0.0) == (self.shading_normal.dot(direction) > 0.0)
     }

@@ -60,7 +60,7 @@ impl Tint {
 }
 
 impl BsdfEvent {
-    /// True if light crosses the surface.
+    /// Returns true if light crosses the surface.
     fn crosses(&self, s: &Surface) -> bool {
         s.normal.dot(self.toward) * s.normal.dot(self.direction) < 0.0
     }

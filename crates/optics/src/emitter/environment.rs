@@ -48,14 +48,14 @@ pub enum Environment {
 
 impl Environment {
     /// Creates an environment from an equirectangular image, row by row from the top, in Mitsuba's
-    /// convention. Local +y is up, the left edge of the image is seen in local direction −z, and u
+    /// convention. Local +y is up. The left edge of the image is seen in local direction −z, and u
     /// = ¼ in local direction +x. Radiance is bilinear in longitude and colatitude between the
     /// centres of pixels. Pixels of the first row lie at the upper pole, pixels of the last row at
     /// the lower pole. Images of fewer than three rows repeat the last row.
     ///
     /// # Errors
-    /// Fails if the number of pixels is zero or does not match, or if a pixel is negative or not
-    /// finite, or all are black.
+    /// Fails if the number of pixels is zero or does not match. Fails if a pixel is negative or not
+    /// finite, or if all are black.
     pub fn image(
         width: usize,
         height: usize,

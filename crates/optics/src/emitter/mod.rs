@@ -52,14 +52,14 @@ use std::sync::Arc;
 /// Ways in which randomly scattered paths can reach an emitter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Class {
-    /// Paths cannot reach it.
+    /// Emitter that paths cannot reach.
     Delta,
-    /// Paths reach it by intersecting a surface.
+    /// Emitter that paths reach by intersecting a surface.
     Area,
-    /// Paths reach it by leaving the scene.
+    /// Emitter that paths reach by leaving the scene.
     Sky,
-    /// Paths reach it by crossing its volume. The integrator `path` gathers its light along all
-    /// edges, other estimators along edges from the sensor.
+    /// Emitter that paths reach by crossing its volume. The integrator `path` gathers the light of
+    /// the volume along all edges. Other estimators gather it along edges from the sensor.
     Volume,
 }
 
@@ -217,11 +217,11 @@ impl Emitter {
         }
     }
 
-    /// Returns the light that leaves `start` in the unit `direction`. Its quantity is intensity
-    /// (all kinds of points), intensity per area (fibre) or per volume, radiance times cosine
-    /// (area), radiance (environment), or irradiance perpendicular to the direction (directional,
-    /// beam). For a medium that emits, the result is only an estimate; `Scene::leaving` returns the
-    /// exact value.
+    /// Returns the light that leaves `start` in the unit `direction`. Its quantity depends on the
+    /// emitter. It is intensity for all kinds of points, and intensity per area or volume for
+    /// fibres and media. It is radiance for environments, and radiance times cosine for areas. It
+    /// is irradiance perpendicular to the direction for directional emitters and beams. For a
+    /// medium that emits, the result is only an estimate; `Scene::leaving` returns the exact value.
     pub fn emitted(&self, end: &ConnectionEnd, start: DVec3, direction: DVec3) -> Spectrum {
         each_spot!(self, e => e.intensity(direction), {
             Emitter::Point { intensity, .. } => *intensity,
@@ -252,7 +252,8 @@ impl Emitter {
         }
     }
 
-    /// True if the emission differs much among the ends, as for an image.
+    /// Returns true if the emission differs much among the ends, as for an environment image or a
+    /// textured light.
     pub fn is_image(&self) -> bool {
         matches!(
             self,
@@ -260,8 +261,8 @@ impl Emitter {
         )
     }
 
-    /// True if connections choose among several points, around each of which the light falls off as
-    /// 1/r².
+    /// Returns true if connections choose among several points. Around each point the light falls
+    /// off as 1/r².
     pub fn has_many_points(&self) -> bool {
         matches!(self, Emitter::Fiber(_) | Emitter::PointOnFace(_))
     }
@@ -293,12 +294,12 @@ impl Emitter {
         }
     }
 
-    /// True if the light comes from infinity, parallel or from all sides.
+    /// Returns true if the light comes from infinity, parallel or from all sides.
     pub fn is_at_infinity(&self) -> bool {
         matches!(self, Emitter::Directional { .. } | Emitter::Environment(_))
     }
 
-    /// True if no randomly scattered vertex can lie on the emitter.
+    /// Returns true if no randomly scattered vertex can lie on the emitter.
     pub fn is_delta(&self) -> bool {
         matches!(self.class(), Class::Delta | Class::Volume)
     }

@@ -15,7 +15,7 @@ pub struct Surroundings {
 }
 
 impl Surroundings {
-    /// True if a box, which may be empty, lies within the ball.
+    /// Returns true if a box, which may be empty, lies within the ball.
     pub fn contains(&self, region: &Aabb) -> bool {
         let is_within = |x: DVec3| x.distance(self.center) <= self.radius;
         region.is_empty() || region.corners().into_iter().all(is_within)

@@ -96,7 +96,7 @@ impl EmitterValues<'_> {
         }
     }
 
-    /// True if all values are positive in the first `channels` channels.
+    /// Returns true if all values are positive in the first `channels` channels.
     pub fn are_positive(&self, channels: usize) -> bool {
         let is_positive = |value: Spectrum| value.0[..channels].iter().all(|c| *c > 0.0);
         match self {

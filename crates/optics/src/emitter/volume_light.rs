@@ -156,7 +156,7 @@ impl VolumeLight {
         }
     }
 
-    /// True if all voxels emit in the first `channels` channels.
+    /// Returns true if all voxels emit in the first `channels` channels.
     pub(super) fn is_positive(&self, channels: usize) -> bool {
         let scale = self.scale.0[..channels].iter().all(|s| *s > 0.0);
         scale && self.grid.extremes(channels)[0] > 0.0

@@ -122,12 +122,12 @@ impl Medium {
         self.extinction(x) * self.albedo.at(x)
     }
 
-    /// True if light passes unattenuated everywhere.
+    /// Returns true if light passes unattenuated everywhere.
     pub fn is_transparent(&self) -> bool {
         self.scale == 0.0 || self.sigma_t.is_zero()
     }
 
-    /// True if light is scattered anywhere.
+    /// Returns true if light is scattered anywhere.
     pub fn scatters(&self) -> bool {
         !self.is_transparent() && !self.albedo.is_zero()
     }
@@ -157,7 +157,7 @@ impl Medium {
         velocity.as_ref().map_or(DVec3::ZERO, |v| v.at(x))
     }
 
-    /// True if the scatterers flow anywhere.
+    /// Returns true if the scatterers flow anywhere.
     pub fn flows(&self) -> bool {
         match &self.labels {
             Some(labels) => labels.list().iter().any(|label| label.velocity.is_some()),

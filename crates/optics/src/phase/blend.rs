@@ -66,7 +66,7 @@ impl BlendPhase {
         self.mean(x, |phase| phase.mean_cosine(x))
     }
 
-    /// True if the mixture is uniform in space.
+    /// Returns true if the mixture is uniform in space.
     pub(super) fn is_uniform(&self) -> bool {
         self.weight.uniform().is_some() && self.phases.iter().all(Phase::is_uniform)
     }

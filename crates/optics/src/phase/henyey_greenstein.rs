@@ -59,9 +59,9 @@ impl HenyeyGreenstein {
     }
 
     /// Inverts the cumulative distribution. Let u be the probability of a smaller cosine and D = 1
-    /// − g + 2gu. The usual solution cosθ = (1 + g² − ((1 − g²)/D)²)/(2g) factors into 1 − cosθ =
-    /// 2(1 − g)²(1 − u)(1 + gu)/D² and 1 + cosθ = 2(1 + g)² u (1 − g(1 − u))/D². This form has no
-    /// division by g and no cancellation.
+    /// − g + 2gu. The usual solution is cosθ = (1 + g² − ((1 − g²)/D)²)/(2g). It factors into 1 −
+    /// cosθ = 2(1 − g)²(1 − u)(1 + gu)/D² and 1 + cosθ = 2(1 + g)² u (1 − g(1 − u))/D². This form
+    /// has no division by g and no cancellation.
     #[inline]
     pub(super) fn angle(&self, u: f64) -> Polar {
         let g = self.g;

@@ -220,9 +220,9 @@ impl Phase {
         }
     }
 
-    /// Returns the matrix of scattering at `x`, at the cosine between the directions before and
-    /// after, in frames whose first axis is perpendicular to the plane of scattering. Phase
-    /// functions without a known effect on polarisation depolarise.
+    /// Returns the Mueller matrix of scattering at `x`. `cos` is the cosine between the directions
+    /// before and after. The first axis of the frames is perpendicular to the plane of scattering.
+    /// Phase functions without a known effect on polarisation depolarise.
     pub fn mueller(&self, x: DVec3, cos: f64) -> PlaneMueller {
         let cos = cos.clamp(-1.0, 1.0);
         match self {
@@ -234,7 +234,7 @@ impl Phase {
         }
     }
 
-    /// True if all scattered light counts as unpolarised.
+    /// Returns true if all scattered light counts as unpolarised.
     pub fn depolarizes(&self) -> bool {
         !matches!(
             self,
@@ -249,7 +249,7 @@ impl Phase {
         (angle.around(dir, u[1]), pdf)
     }
 
-    /// True if the phase function is uniform in space.
+    /// Returns true if the phase function is uniform in space.
     pub fn is_uniform(&self) -> bool {
         match self {
             Phase::HenyeyGreensteinGrid(_) | Phase::ByLabel(_) => false,
@@ -311,8 +311,8 @@ impl Phase {
         }
     }
 
-    /// True if the phase function is Henyey–Greenstein everywhere, so that g is a parameter. Within
-    /// a label, it may also be isotropic.
+    /// Returns true if the phase function is Henyey–Greenstein everywhere, so that g is a
+    /// parameter. Within a label, it may also be isotropic.
     pub fn has_mean_cosine(&self) -> bool {
         match self {
             Phase::HenyeyGreenstein(_) | Phase::HenyeyGreensteinGrid(_) => true,

@@ -15,8 +15,8 @@ impl Tabulated {
     /// arbitrary.
     ///
     /// # Errors
-    /// Fails if the cosines do not increase from −1 to 1, if the number of values does not match,
-    /// or if the values are negative, not finite, or all zero.
+    /// Fails if the cosines do not increase from −1 to 1, or if the number of values does not
+    /// match. Fails if a value is negative or not finite, or if all are zero.
     pub fn new(cosines: Vec<f64>, values: &[f64]) -> Result<Self, PhaseError> {
         let (first, last) = match (cosines.first(), cosines.last()) {
             (Some(&first), Some(&last)) => (first, last),

@@ -23,8 +23,8 @@ impl Discrete {
     /// Creates the distribution from weights that are finite, ≥ 0 and not all zero.
     ///
     /// # Errors
-    /// Fails if there are no weights, if a weight is negative or not finite, or if the weights are
-    /// all zero or too large to be added.
+    /// Fails if there are no weights, or if a weight is negative or not finite. Fails if the
+    /// weights are all zero or too large to be added.
     pub fn new(weights: &[f64]) -> Result<Self, DistributionError> {
         check_values(weights)?;
         Cdf::new(weights.iter().copied()).map(Discrete)

@@ -15,9 +15,9 @@ impl PiecewiseConstant {
     /// values are finite, ≥ 0 and not all zero.
     ///
     /// # Errors
-    /// Fails if there are fewer than two edges, if edges are not finite or do not increase, or if
-    /// the number of values does not match the bins. Fails if a value is negative or not finite, or
-    /// if the values are all zero or too large to be added.
+    /// Fails if there are fewer than two edges, or if edges are not finite or do not increase.
+    /// Fails if the number of values does not match the bins. Fails if a value is negative or not
+    /// finite, or if the values are all zero or too large to be added.
     pub fn new(edges: Vec<f64>, values: &[f64]) -> Result<Self, DistributionError> {
         check_positions(&edges)?;
         if values.len() + 1 != edges.len() {

@@ -17,9 +17,9 @@ impl PiecewiseLinear {
     /// value per node, finite, ≥ 0 and not all zero.
     ///
     /// # Errors
-    /// Fails if there are fewer than two nodes, if nodes are not finite or do not increase, or if
-    /// the number of values does not match the nodes. Fails if a value is negative or not finite,
-    /// or if the values are all zero or too large to be added.
+    /// Fails if there are fewer than two nodes, or if nodes are not finite or do not increase.
+    /// Fails if the number of values does not match the nodes. Fails if a value is negative or not
+    /// finite, or if the values are all zero or too large to be added.
     pub fn new(nodes: Vec<f64>, values: &[f64]) -> Result<Self, DistributionError> {
         check_positions(&nodes)?;
         if values.len() != nodes.len() {

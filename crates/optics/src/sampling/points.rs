@@ -102,7 +102,7 @@ pub enum Purpose {
 /// Number of specular events of an edge with dimensions of their own.
 pub(super) const SPECULAR_EVENTS: u32 = 4;
 
-/// Number of bits of a random number.
+/// Number of bits of a random number: the precision of `f64`.
 pub(super) const BITS: u32 = 53;
 /// Number of dimensions of an edge.
 const DIMENSIONS: u32 = Purpose::Specular as u32 + SPECULAR_EVENTS;
@@ -111,18 +111,18 @@ const EDGES: u32 = 4;
 /// Number of dimensions that are evenly distributed jointly. Groups take the points of a replicate
 /// in different orders. Small replicates would relate more dimensions to one another.
 const GROUP: u32 = 4;
-/// Maximum number of binary digits that points of a replicate share out among them.
+/// Maximum number of binary digits in which the points of a replicate are evenly distributed.
 const MOST_DIGITS: u32 = 10;
 /// Maximum number of points in a replicate.
 const MOST_POINTS: usize = 1 << MOST_DIGITS;
 
 /// Sobol's sequence in the dimension of the polynomial x + 1 (Sobol' 1967).
 static SOBOL_1: [u16; MOST_POINTS] = sobol([1, 3, 5, 15, 17, 51, 85, 255, 257, 771]);
-/// Sobol's sequence in the dimension of the polynomial x² + x + 1.
+/// Sobol's sequence in the dimension of the polynomial x² + x + 1 (Sobol' 1967).
 static SOBOL_2: [u16; MOST_POINTS] = sobol([1, 3, 3, 9, 29, 23, 71, 197, 209, 627]);
 
-/// Powers of a generator of the field of N elements, as polynomials over the field of two elements,
-/// in the elements N to 2 N − 1 for each power of two N.
+/// Powers of a generator of the finite field of N elements, for each power of two N. Elements N to
+/// 2 N − 1 of the array hold them, as polynomials over the field of two elements.
 static POWERS: [u16; 2 * MOST_POINTS] = powers([
     0b1,
     0b11,
@@ -176,9 +176,9 @@ const fn powers(polynomials: [usize; MOST_DIGITS as usize + 1]) -> [u16; 2 * MOS
     powers
 }
 
-/// Point of a replicate: a (0, m, 3)-net of N = 2^m points in base 2, with a fourth dimension. Any
-/// division of the cube of the first three dimensions into N boxes with sides that are powers of
-/// two has a point in each box. No net has that in four dimensions.
+/// Point of a replicate: a (0, m, 3)-net of N = 2^m points in base 2, with a fourth dimension.
+/// Divide the cube of the first three dimensions into N boxes with sides that are powers of two:
+/// each box contains one point. No net has this property in four dimensions.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Points {
     /// Index in the replicate.

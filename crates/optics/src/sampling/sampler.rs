@@ -181,8 +181,8 @@ fn hash(key: u64, address: [u64; 3]) -> u64 {
         .fold(key, |h, word| mix(h ^ word).wrapping_add(key))
 }
 
-/// True if `number` belongs to a fraction 2^−`halvings` of all numbers. The fraction is evenly
-/// distributed, and contains the fractions of more halvings.
+/// Returns true if `number` belongs to a fraction 2^−`halvings` of all numbers. The fraction is
+/// evenly distributed, and contains the fractions of more halvings.
 pub fn is_among(number: u64, halvings: u32) -> bool {
     mix(number).leading_zeros() >= halvings
 }

@@ -57,9 +57,9 @@ pub struct Sensed {
     /// Position (s, t) from the top left corner, in units of the image. The image is [0, 1]², but a
     /// filter may extend beyond.
     pub image: [f64; 2],
-    /// Density with which [`Sensor::ray`], for uniform positions on the image, samples this ray
-    /// among the rays of the same point of the sensor. It is per steradian; for an orthographic or
-    /// telecentric sensor, it is per unit area across its rays.
+    /// Density with which [`Sensor::ray`] samples this ray among all rays of its point of the
+    /// sensor, for uniform positions on the image. It is per steradian. For an orthographic or
+    /// telecentric sensor, it is per unit area across the rays.
     pub density: f64,
 }
 
@@ -77,13 +77,13 @@ pub enum Sensor {
     Absent(DAffine3),
     /// Camera with parallel rays for each point of a stop.
     Telecentric(Telecentric),
-    /// Several sensors side by side, to which nothing connects.
+    /// Several sensors side by side. Estimators cannot connect paths to them.
     Batch(Arc<Batch>),
 }
 
 impl Sensor {
-    /// Returns the ray through a position of the image, (s, t) in [0, 1]² from the top left corner,
-    /// and a position on the lens, uniform in [0, 1)².
+    /// Returns the ray through a position of the image and a position on the lens. `image` is (s,
+    /// t) in [0, 1]² from the top left corner; `lens` is uniform in [0, 1)².
     pub fn ray(&self, image: [f64; 2], lens: [f64; 2]) -> SensorRay {
         match self {
             Sensor::Perspective(s) => s.ray(image),
@@ -108,8 +108,8 @@ impl Sensor {
         }
     }
 
-    /// Returns the end at the point from which a ray of the sensor starts in a unit direction, or
-    /// the end for all rays of this direction.
+    /// Returns the end of a connection for the sensor ray that starts at `origin` in a unit
+    /// direction. It is a point, or, for parallel rays, the plane of all rays of this direction.
     pub fn end_of_ray(&self, origin: DVec3, direction: DVec3) -> ConnectionEnd {
         match self {
             Sensor::Perspective(_) | Sensor::ThinLens(_) => ConnectionEnd::at(origin),
@@ -145,7 +145,8 @@ impl Sensor {
         }
     }
 
-    /// True if the rays are parallel; with a stop, the rays of each of its points.
+    /// Returns true if the rays are parallel. With a stop, the rays through each point of the stop
+    /// are parallel.
     pub fn is_parallel(&self) -> bool {
         matches!(self, Sensor::Orthographic(_) | Sensor::Telecentric(_))
     }

@@ -94,8 +94,8 @@ impl Accel {
         nearest.choose()
     }
 
-    /// True if the arc intersects a shape outside `except` at a θ in (0, theta_max], and `counts`
-    /// accepts the first intersection with it.
+    /// Returns true if the arc intersects a shape outside `except` at a θ in (0, theta_max], and
+    /// `counts` accepts the first intersection with it.
     ///
     /// `shapes` must be the list for which the accelerator was made.
     pub fn any_hit(

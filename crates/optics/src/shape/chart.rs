@@ -45,8 +45,8 @@ pub(crate) struct Chart {
 const BANDS: u32 = 64;
 
 impl Shape {
-    /// True if area grows uniformly over each curved part, up to the rounding of a transform. False
-    /// for ellipsoids and elliptic cylinders.
+    /// Returns true if area grows uniformly over each curved part, up to the rounding of a
+    /// transform. Returns false for ellipsoids and elliptic cylinders.
     pub fn is_even(&self) -> bool {
         match self {
             Shape::Sphere(s) => s.is_even(),

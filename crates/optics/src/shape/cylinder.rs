@@ -89,7 +89,7 @@ impl Cylinder {
         Ok(DAffine3::from_mat3_translation(linear, p0))
     }
 
-    /// True if caps close the ends.
+    /// Returns true if caps close the ends.
     pub(crate) fn is_capped(&self) -> bool {
         self.capped
     }
@@ -262,7 +262,7 @@ impl Cylinder {
         }
     }
 
-    /// True if area grows uniformly around the side, as on a circular cylinder.
+    /// Returns true if area grows uniformly around the side, as on a circular cylinder.
     pub(super) fn is_even(&self) -> bool {
         let [x, y, _] = DVec3::AXES;
         self.placement.is_even(&[x, y, (x + y).normalize()])

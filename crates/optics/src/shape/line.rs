@@ -72,15 +72,15 @@ impl Line {
         (passes && from < to).then(|| (u.clamp(from.next_up(), to), face))
     }
 
-    /// True if the range starts before the plane where a coordinate is `at`. A distance below the
-    /// noise counts as zero.
+    /// Returns true if the range starts before the plane where a coordinate is `at`. A distance
+    /// below the noise counts as zero.
     #[inline]
     fn starts_before(&self, axis: usize, at: f64) -> bool {
         self.height(axis, at, self.range[0]) < -self.noise_at(axis, self.range[0])
     }
 
-    /// True if the range ends beyond the plane where a coordinate is `at`, or on the plane to
-    /// within the noise.
+    /// Returns true if the range ends beyond the plane where a coordinate is `at`, or on the plane
+    /// to within the noise.
     #[inline]
     fn ends_beyond(&self, axis: usize, at: f64) -> bool {
         self.height(axis, at, self.range[1]) >= -self.noise_at(axis, self.range[1])
@@ -122,7 +122,7 @@ impl Line {
         cell
     }
 
-    /// True if the coordinate along `axis` increases along the line.
+    /// Returns true if the coordinate along `axis` increases along the line.
     #[inline]
     pub(super) fn goes_up(&self, axis: usize) -> bool {
         self.step[axis].is_sign_positive()

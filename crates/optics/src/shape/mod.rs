@@ -156,7 +156,7 @@ impl Shape {
         self
     }
 
-    /// True if the normals are reversed.
+    /// Returns true if the normals are reversed.
     pub fn has_flipped_normals(&self) -> bool {
         each!(self, s => s.is_flipped())
     }
@@ -217,8 +217,8 @@ impl Shape {
         }
     }
 
-    /// True if a box certainly has no point in common with the inside of a closed shape. May be
-    /// false for a box close to the surface.
+    /// Returns true if a box certainly has no point in common with the inside of a closed shape.
+    /// For a box close to the surface, it may return false although they have no common point.
     pub fn misses(&self, region: &Aabb) -> bool {
         match self {
             Shape::Sphere(s) => s.misses(region),
@@ -227,7 +227,7 @@ impl Shape {
         }
     }
 
-    /// True if the shape encloses a volume.
+    /// Returns true if the shape encloses a volume.
     pub fn is_closed(&self) -> bool {
         match self {
             Shape::Sphere(_) | Shape::Cube(_) => true,
@@ -238,7 +238,7 @@ impl Shape {
         }
     }
 
-    /// True if `p` lies in the enclosed volume; false for open shapes.
+    /// Returns true if `p` lies in the enclosed volume; false for open shapes.
     pub fn contains(&self, p: DVec3) -> bool {
         match self {
             Shape::Sphere(s) => s.contains(p),
@@ -250,7 +250,8 @@ impl Shape {
         }
     }
 
-    /// True if the shape encloses a convex volume. May be false for a large convex mesh.
+    /// Returns true if the shape encloses a convex volume. Large meshes are not checked and return
+    /// false.
     pub fn is_convex(&self) -> bool {
         match self {
             Shape::Mesh(s) => s.is_convex(),
@@ -259,8 +260,8 @@ impl Shape {
         }
     }
 
-    /// True if a straight line that leaves the surface along `direction`, from a point with normal
-    /// `normal`, never meets the surface again.
+    /// Returns true if a straight line that leaves the surface along `direction`, from a point with
+    /// normal `normal`, never meets the surface again.
     pub fn is_left(&self, normal: DVec3, direction: DVec3) -> bool {
         // Planted error "lines that leave a ball inwards said not to meet it again", found by morgana-transport/transport::edges::straight_connections_are_those_of_the_solver:
         // let outward = || true;
@@ -271,8 +272,8 @@ impl Shape {
         }
     }
 
-    /// True if two shapes have equal parameters. Meshes and faces of voxels are equal only if they
-    /// share memory.
+    /// Returns true if two shapes have equal parameters. Meshes and faces of voxels are equal only
+    /// if they share memory.
     pub fn is_same(&self, other: &Shape) -> bool {
         each!(self, s => s.is_same(other), {
             Shape::Mesh(a) => matches!(other, Shape::Mesh(b) if std::sync::Arc::ptr_eq(a, b)),
@@ -282,7 +283,7 @@ impl Shape {
         })
     }
 
-    /// True if the shape lies in one plane.
+    /// Returns true if the shape lies in one plane.
     pub fn is_flat(&self) -> bool {
         matches!(self, Shape::Rectangle(_) | Shape::Disk(_))
     }
@@ -434,7 +435,7 @@ fn circle(turn: f64) -> [f64; 2] {
 }
 
 /// Returns the derivatives of a local point with respect to its distance from the z axis and its
-/// angle around the axis, as a fraction of a turn.
+/// angle around the axis. The angle is a fraction of a turn.
 fn polar_tangents(local: DVec3) -> [DVec3; 2] {
     let around = DVec3::new(-local.y, local.x, 0.0) * TAU;
     [local.with_z(0.0).normalize_or_zero(), around]

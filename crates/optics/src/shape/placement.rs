@@ -79,7 +79,7 @@ impl Placement {
         self.side = if flipped { -1.0 } else { 1.0 };
     }
 
-    /// True if the normals are reversed.
+    /// Returns true if the normals are reversed.
     pub(crate) fn is_flipped(&self) -> bool {
         self.side < 0.0
     }
@@ -140,8 +140,8 @@ impl Placement {
         self.stretches[axis]
     }
 
-    /// True if area elements with these local unit normals grow equally, up to the rounding of a
-    /// transform.
+    /// Returns true if area elements with these local unit normals grow equally, up to the rounding
+    /// of a transform.
     pub(super) fn is_even(&self, normals: &[DVec3]) -> bool {
         let first = self.stretch(normals[0]);
         let alike = |n: &DVec3| (self.stretch(*n) / first - 1.0).abs() < EVEN;

@@ -69,8 +69,8 @@ impl Sphere {
     /// Creates the sphere around `center`.
     ///
     /// # Errors
-    /// Fails like [`Sphere::frame`], if the centre is not finite, or if the sphere is so small or
-    /// so far away that its map cannot be inverted.
+    /// Fails like [`Sphere::frame`], or if the centre is not finite. Fails if the map of the sphere
+    /// cannot be inverted, because it is too small or too far away.
     pub fn around(center: DVec3, radius: f64) -> Result<Self, ShapeError> {
         Sphere::new(Sphere::frame(center, radius)?)
     }
@@ -175,9 +175,9 @@ impl Sphere {
         });
     }
 
-    /// True if area grows uniformly, as under a similarity. The growth factor is proportional to
-    /// the length of the image of the normal. Six normals suffice to distinguish an ellipsoid from
-    /// a sphere.
+    /// Returns true if area grows uniformly, as under a similarity. The growth factor is
+    /// proportional to the length of the image of the normal. Six normals suffice to distinguish an
+    /// ellipsoid from a sphere.
     pub fn is_even(&self) -> bool {
         let [x, y, z] = DVec3::AXES;
         let normals = [x, y, z, x + y, y + z, z + x];

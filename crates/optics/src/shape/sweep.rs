@@ -41,8 +41,8 @@ impl Sweep {
         self.deviation.max_element()
     }
 
-    /// Returns a part of `range` outside of which the curve is not in the box, or `None` if the
-    /// curve misses the box.
+    /// Returns the part of `range` in which the curve may be in the box, or `None` if the curve
+    /// misses the box.
     #[inline]
     pub(super) fn clip(&self, bounds: &Aabb, range: [f64; 2]) -> Option<[f64; 2]> {
         let a = (bounds.min - self.starts[0]) * self.inverse;

@@ -1,10 +1,11 @@
-//! Triangulated approximations of shapes for programs that draw them. Light meets the exact shapes.
+//! Triangulated approximations of shapes for programs that draw them. Transport uses the exact
+//! shapes.
 
 use super::{Shape, each};
 use glam::DVec3;
 use std::f64::consts::TAU;
 
-/// Number of segments of a circle.
+/// Number of segments into which circles are tessellated.
 const AROUND: usize = 64;
 
 /// Triangles that approximate a shape. Their corners lie on the shape to round-off.

@@ -7,9 +7,10 @@ use glam::DVec3;
 use smallvec::SmallVec;
 
 /// Growth of the boxes. The hierarchy maps their coordinates to [−1, 1] and stores them in single
-/// precision. The growth exceeds the rounding of a stored coordinate (6e-8) and of the traversal in
-/// single precision: the point where the curve enters the root (6e-8), the distance of a side from
-/// it (1.2e-7), and its product with the reciprocal of the direction (2.4e-7).
+/// precision. The growth exceeds the rounding of a stored coordinate (6e-8). It also exceeds the
+/// rounding of the traversal: of the point where the curve enters the root (6e-8), of the distance
+/// from there to a side (1.2e-7), and of this distance times the reciprocal of the direction
+/// (2.4e-7).
 const PAD: f64 = 1e-6;
 
 /// Number of children of a node.
@@ -274,7 +275,7 @@ impl std::fmt::Debug for Tree {
     }
 }
 
-/// Box of a node.
+/// Returns the box of a node.
 fn bounds(node: &Node) -> Aabb {
     Aabb {
         min: node.min.into(),

@@ -101,7 +101,7 @@ impl VoxelFaces {
         self.labels
     }
 
-    /// True if the larger label encloses the smaller one. Normals of closed surfaces point
+    /// Returns true if the larger label encloses the smaller one. Normals of closed surfaces point
     /// outwards.
     pub fn is_turned(&self) -> bool {
         self.turned
@@ -134,7 +134,7 @@ impl VoxelFaces {
         self.closed
     }
 
-    /// True if the surface is the surface of a box.
+    /// Returns true if the surface is the surface of a box.
     pub(super) fn is_convex(&self) -> bool {
         let size = self.bounds.size();
         let sides = |axis: usize| 2.0 * others(axis).map(|k| size[k]).iter().product::<f64>();
@@ -157,7 +157,7 @@ impl VoxelFaces {
         self.signed_volume().abs() * self.placement.determinant()
     }
 
-    /// True if a line along x from the point crosses the faces an odd number of times.
+    /// Returns true if a line along x from the point crosses the faces an odd number of times.
     pub(super) fn contains(&self, p: DVec3) -> bool {
         let cell = self.placement.local(p).floor();
         let last = self.bounds.max - 1.0;
@@ -421,7 +421,7 @@ impl VoxelFaces {
         [a.max(b), a.min(b)] == self.labels
     }
 
-    /// True if each edge of a face has exactly one other face.
+    /// Returns true if each edge of a face has exactly one other face.
     fn is_closed_around_edges(&self) -> bool {
         self.all_faces().all(|(axis, place)| {
             let [a, b] = others(axis);

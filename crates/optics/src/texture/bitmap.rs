@@ -59,12 +59,12 @@ pub struct Bitmap {
 
 impl Bitmap {
     /// Creates an image of `size` (width, height), with pixels row by row, each of `channels`
-    /// channels. A single channel stands for all. `to_uv` is applied to texture coordinates before
-    /// the lookup.
+    /// channels. A single channel gives the value of all channels. `to_uv` is applied to texture
+    /// coordinates before the lookup.
     ///
     /// # Errors
-    /// Fails if there are no pixels, no channels or too many, if the number of values does not
-    /// match, or if a value is not finite.
+    /// Fails if there are no pixels, no channels, or too many channels. Fails if the number of
+    /// values does not match, or if a value is not finite.
     pub fn new(
         size: [usize; 2],
         channels: usize,
@@ -150,7 +150,7 @@ impl Bitmap {
         }
     }
 
-    /// True if the image has no jumps.
+    /// Returns true if the image has no jumps.
     pub fn is_continuous(&self) -> bool {
         self.filter == BitmapFilter::Bilinear
     }

@@ -70,10 +70,10 @@ impl Texture {
         }
     }
 
-    /// Returns the lengths along each axis of the array of values in which the texture is linear.
-    /// The array has no axes for a uniform texture, rows and columns for an image, one axis for
-    /// vertices or triangles, and one axis of length two for a checkerboard of two colours. Returns
-    /// `None` if the values are not numbered.
+    /// Returns the length of each axis of the array of values in which the texture is linear. A
+    /// uniform texture has no axes. An image has rows and columns. Colours of vertices or triangles
+    /// have one axis, and a checkerboard of two colours has one axis of length two. Returns `None`
+    /// if the values are not numbered.
     pub fn shape(&self) -> Option<Vec<usize>> {
         match self {
             Texture::Uniform(_) => Some(Vec::new()),
@@ -105,7 +105,7 @@ impl Texture {
         }
     }
 
-    /// True if two textures are identical: one in memory, or equal uniform values.
+    /// Returns true if two textures are identical: one in memory, or equal uniform values.
     pub(crate) fn is_same(&self, other: &Self) -> bool {
         match (self, other) {
             (Texture::Uniform(a), Texture::Uniform(b)) => a == b,
@@ -138,7 +138,7 @@ impl Texture {
         }
     }
 
-    /// True if the texture depends on texture coordinates.
+    /// Returns true if the texture depends on texture coordinates.
     pub(crate) fn uses_uv(&self) -> bool {
         match self {
             Texture::Bitmap(_) | Texture::Checkerboard(_) => true,

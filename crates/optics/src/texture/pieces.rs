@@ -42,7 +42,7 @@ impl Texture {
 }
 
 impl Cut<'_> {
-    /// Cuts a convex polygon into convex pieces on each of which the texture is at most quadratic.
+    /// Cuts a convex polygon into convex pieces. On each piece, the texture is at most quadratic.
     fn texture(
         &mut self,
         texture: &Texture,

@@ -5,13 +5,14 @@ use crate::Spectrum;
 use glam::DVec3;
 
 impl VolumeGrid {
-    /// True if values are continuous within the cube: always, except with the nearest-sample
-    /// filter.
+    /// Returns true if values are continuous within the cube: always, except with the
+    /// nearest-sample filter.
     pub fn is_continuous(&self) -> bool {
         self.filter() == GridFilter::Trilinear
     }
 
-    /// True if the outermost samples are all zero, so that values do not jump where the cube ends.
+    /// Returns true if the outermost samples are all zero, so that values do not jump where the
+    /// cube ends.
     pub fn is_dark_around(&self) -> bool {
         let [x, y, z] = self.size();
         let places = (0..z).flat_map(|k| (0..y).flat_map(move |j| (0..x).map(move |i| [i, j, k])));

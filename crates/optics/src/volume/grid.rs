@@ -319,7 +319,7 @@ impl VolumeGrid {
         }
     }
 
-    /// True if a world position is in the cube.
+    /// Returns true if a world position is in the cube.
     pub fn contains(&self, x: DVec3) -> bool {
         let place = self.to_unit.transform_point3(x);
         place.min_element() >= -EDGE && place.max_element() <= 1.0 + EDGE
@@ -406,7 +406,7 @@ impl VolumeGrid {
         self.size.map(|n| [first, n as i32 - 1])
     }
 
-    /// True if values are constant in each cell.
+    /// Returns true if values are constant in each cell.
     pub(super) fn is_flat(&self) -> bool {
         self.filter == GridFilter::Nearest
     }

@@ -92,7 +92,7 @@ impl LabelGrid {
     }
 
     /// Returns `u8::MAX` for each voxel whose 26 neighbours all have its label, and 0 for others.
-    /// Compares row by row along x, then y, then z.
+    /// The comparison goes row by row along x, then y, then z.
     fn alike(&self) -> Vec<u8> {
         let mut alike = vec![u8::MAX; self.labels.len()];
         let (mut step, mut before) = (1, Vec::new());

@@ -119,8 +119,8 @@ impl<'l> Leaps<'l> {
         number_of(self.cell, self.size)
     }
 
-    /// True if the line is still in the cube around `cell`, the result of [`Leaps::cell`], after a
-    /// length.
+    /// Returns true if the line is still in the cube around `cell`, the result of [`Leaps::cell`],
+    /// after a length.
     #[inline]
     pub fn stays(&self, cell: usize, length: f64) -> bool {
         let layers = f64::from(self.layers[cell]);

@@ -31,7 +31,7 @@ impl VolumeTexture {
         }
     }
 
-    /// True if the value is zero everywhere.
+    /// Returns true if the value is zero everywhere.
     pub fn is_zero(&self) -> bool {
         match self {
             VolumeTexture::Uniform(value) => value.is_zero(),

@@ -41,7 +41,7 @@ impl VoxelMedia {
         &self.media
     }
 
-    /// True if the media are equal and the grids of parts are one in memory.
+    /// Returns true if the media are equal and the grids of parts are one in memory.
     pub fn is_same(&self, other: &VoxelMedia) -> bool {
         Arc::ptr_eq(&self.parts, &other.parts) && self.media == other.media
     }
@@ -61,8 +61,8 @@ impl VoxelMedia {
         self.media.get(place).copied()
     }
 
-    /// True if a straight line from `x`, a point in `medium`, along a unit direction is known to
-    /// stay in voxels of `medium` or outside the volume over a length.
+    /// Returns true if a straight line is known to stay in voxels of `medium` or outside the volume
+    /// over a length. The line starts at `x`, a point in `medium`, along a unit direction.
     pub fn holds(&self, medium: usize, [x, direction]: [DVec3; 2], length: f64) -> bool {
         if !Aabb::around([x, x + direction * length]).overlaps(&self.aabb) {
             return true;
@@ -70,7 +70,7 @@ impl VoxelMedia {
         let mut line = self.parts.along(x, direction);
         for _ in 0..MOST_STEPS {
             match line.cell() {
-                // By rounding, a point on a face may lie in the voxel beyond.
+                // Rounding may place a point on a face in the voxel beyond.
                 Some(voxel) if self.medium(self.parts.labels()[voxel]) == Some(medium) => {
                     if line.stays(voxel, length) {
                         return true;

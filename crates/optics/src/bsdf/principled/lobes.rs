@@ -56,7 +56,7 @@ pub(super) fn tint(base: Spectrum, luminance: f64) -> Spectrum {
     }
 }
 
-/// True if neither the facets nor the sheen have a fraction of the base's [tint].
+/// Returns true if neither the facets nor the sheen have a fraction of the base's [tint].
 pub(super) fn is_untinted([spec_tint, sheen, sheen_tint]: [&Texture; 3]) -> bool {
     let is_zero = |texture: &Texture| texture.numbers().all(|v| v == 0.0);
     is_zero(spec_tint) && (is_zero(sheen) || is_zero(sheen_tint))

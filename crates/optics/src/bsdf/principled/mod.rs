@@ -83,10 +83,10 @@ impl PrincipledParameters {
 /// Principled solid.
 ///
 /// Let r be the roughness, α_u α_v = r⁴, w(c) = (1 − c)⁵, and F the Fresnel reflectance of a facet
-/// with normal h. Then f = (1 − m)(1 − t) times the base, plus (1 − m) w(o·h) times the sheen, plus
-/// a quarter of the clear coat, plus [m (b + (1 − b) w(o·h)) + (1 − m) F'] D G/(4 cosθₒ cosθᵢ). D
-/// and G are GGX's, and F' is F, or Schlick's reflectance with the tint. Light is transmitted as by
-/// a rough dielectric, times (1 − m) t √b.
+/// with normal h. Then f is the sum of (1 − m)(1 − t) times the base, (1 − m) w(o·h) times the
+/// sheen, a quarter of the clear coat, and [m (b + (1 − b) w(o·h)) + (1 − m) F'] D G/(4 cosθₒ
+/// cosθᵢ). D and G are GGX's, and F' is F, or Schlick's reflectance with the tint. Light is
+/// transmitted as by a rough dielectric, times (1 − m) t √b.
 #[derive(Clone, Debug)]
 pub struct Principled {
     parameters: PrincipledParameters,
@@ -140,7 +140,7 @@ impl Principled {
         })
     }
 
-    /// True if the surface transmits light anywhere.
+    /// Returns true if the surface transmits light anywhere.
     pub fn transmits(&self) -> bool {
         self.transmits
     }

@@ -110,7 +110,7 @@ impl Spheres {
 /// let spheres = Spheres { radius: 0.5, geometric_deviation: 1.0, n: 1.587, k: 0.0, exterior: 1.332, wavelength: 0.6328 };
 /// let mie = Mie::new(&spheres)?;
 /// assert!((mie.mean_cosine() - 0.9183).abs() < 1e-4);
-/// // A suspension of which they are one per cent, per µm.
+/// // Scattering coefficient of a suspension of one per cent by volume, per µm.
 /// let scattering = 0.01 * mie.scattering_cross_section() / mie.volume();
 /// assert!((scattering - 0.0379).abs() < 1e-4);
 /// # Ok::<(), morgana_optics::phase::PhaseError>(())
@@ -288,8 +288,8 @@ mod tests {
         }
     }
 
-    /// Tests that F₁₁² = F₁₂² + F₃₃² + F₃₄² for spheres of one size, which keep light fully
-    /// polarised, and not for spheres of many sizes.
+    /// Spheres of one size keep light fully polarised: F₁₁² = F₁₂² + F₃₃² + F₃₄². Spheres of many
+    /// sizes do not.
     #[test]
     fn spheres_of_one_size_do_not_depolarise() {
         for case in cases() {

@@ -1,9 +1,11 @@
 //! Encircled energy of the diffraction image of a disc or a ring, and its inverse
 //! (docs/theory.md#diffraction-at-the-aperture).
 
-/// Distance of the nodes of the table. Cubic pieces between them have an error of at most 1e-6.
+/// Distance of the nodes of the table, in units of v. Cubic pieces between them have an error of at
+/// most 1e-6.
 const STEP: f64 = std::f64::consts::PI / 32.0;
-/// Largest radius of the table, times 1 − ε. Beyond it, rings add less than 1e-6 to the mean decay.
+/// Largest radius of the table, times 1 − ε, where ε is the obscured fraction of the radius. Beyond
+/// it, rings add less than 1e-6 to the mean decay.
 const REACH: f64 = 1200.0;
 /// Nodes and weights of Gauss's rule of three points on [−1, 1].
 const GAUSS: [[f64; 2]; 3] = [

@@ -10,8 +10,9 @@ pub(super) const CELLS: usize = 256;
 /// Width of a cell, in units of the radius.
 const CELL: f64 = 2.0 / CELLS as f64;
 
-/// Iris, with a central obscuration and the vanes that hold it. Lengths are fractions of the
-/// radius. Angles are in radians, from the local x axis towards y. The default is fully open.
+/// Iris, with a central obscuration and the vanes that hold the obscuration. Lengths are fractions
+/// of the radius. Angles are in radians, from the local x axis towards y. The default is fully
+/// open.
 ///
 /// ```
 /// use morgana_optics::sensor::{ApertureShape, Iris};

@@ -109,14 +109,14 @@ impl ApertureShape {
         ApertureShape::mask(Mask::new(iris::CELLS, iris::amplitudes(&open), &open))
     }
 
-    /// Creates an aperture from a picture of `side` × `side` cells, 1 to 512, across the square
-    /// around the disc. `transmittances` holds the fraction in [0, 1] of the power that each cell
-    /// transmits, row by row from the top left, as seen from behind the sensor. The phase is equal
-    /// in all cells.
+    /// Creates an aperture from a picture of the square around the disc. The picture has `side` ×
+    /// `side` cells, with `side` from 1 to 512. `transmittances` holds the fraction in [0, 1] of
+    /// the power that each cell transmits, row by row from the top left, as seen from behind the
+    /// sensor. The phase is equal in all cells.
     ///
     /// # Errors
     /// Fails if the number of cells does not match, if values are out of range, or if nothing is
-    /// open: see [`ApertureError`].
+    /// open. See [`ApertureError`].
     pub fn picture(side: usize, transmittances: &[f64]) -> Result<Self, ApertureError> {
         if !(1..=MOST_CELLS).contains(&side) {
             return Err(ApertureError::Cells(side));

@@ -145,9 +145,9 @@ fn point(ends: [DVec3; 2], t: f64) -> DVec3 {
     }
 }
 
-/// True if a segment with these ends crosses the plane of a triangle: it starts off the plane and
-/// ends on it or on the other side. A height below the noise counts as zero, so that consecutive
-/// segments agree about their common end.
+/// Returns true if a segment with these ends crosses the plane of a triangle: it starts off the
+/// plane and ends on it or on the other side. A height below the noise counts as zero, so that
+/// consecutive segments agree about their common end.
 fn crosses_plane(t: [DVec3; 3], ends: &[(DVec3, f64); 2]) -> bool {
     let n = cross(t).normalize();
     let [start, end] = ends.map(|(p, noise)| {
@@ -208,10 +208,10 @@ impl Piece {
     }
 }
 
-/// Line prepared for the watertight test of S. Woop, C. Benthin and I. Wald, "Watertight
-/// Ray/Triangle Intersection", JCGT 2(1), 2013. Coordinates are sheared so that the line becomes an
-/// axis. For an edge shared by two triangles, the same operations decide on which side the line
-/// passes, so that the line hits at least one of the triangles.
+/// Line prepared for watertight intersection tests (S. Woop, C. Benthin and I. Wald, "Watertight
+/// Ray/Triangle Intersection", JCGT 2(1), 2013). Coordinates are sheared so that the line becomes
+/// an axis. Two triangles with a common edge compute with equal numbers on which side of the edge
+/// the line passes. The line therefore hits at least one of them.
 pub(super) struct Line {
     /// Origin, in the order of `axes`.
     origin: [f64; 3],

@@ -179,7 +179,7 @@ impl Mesh {
         self.tree.get_or_init(|| Tree::new(boxes()))
     }
 
-    /// True if the given triangles were wound inside out and have been reversed.
+    /// Returns true if the given triangles were wound inside out and have been reversed.
     pub fn was_inside_out(&self) -> bool {
         self.inside_out
     }
@@ -280,8 +280,8 @@ impl Mesh {
         [area / self.area(), if r > 0.0 { c / r } else { 0.0 }]
     }
 
-    /// True if texture coordinates were given. Otherwise they are the barycentric coordinates of
-    /// each triangle.
+    /// Returns true if texture coordinates were given. Otherwise they are the barycentric
+    /// coordinates of each triangle.
     pub fn has_uvs(&self) -> bool {
         self.uvs.is_some()
     }
@@ -332,7 +332,8 @@ fn cross([a, b, c]: [DVec3; 3]) -> DVec3 {
     (b - a).cross(c - a)
 }
 
-/// True if a triangle has no area to rounding: its height is lost in the rounding of its sides.
+/// Returns true if a triangle has no area to rounding: its height is lost in the rounding of its
+/// sides.
 pub(super) fn is_degenerate(t: [DVec3; 3]) -> bool {
     let longest = (t[1] - t[0])
         .length_squared()

@@ -38,8 +38,8 @@ impl Mesh {
     }
 
     /// Returns the mesh with mean normals like [`Mesh::with_smooth_normals`], and treats vertices
-    /// split by seams of texture coordinates as one. `originals` holds, for each vertex, the vertex
-    /// of which it is a copy, possibly itself.
+    /// split by seams of texture coordinates as one. `originals` holds the original of each vertex.
+    /// A vertex that is no copy is its own original.
     ///
     /// # Errors
     /// Fails if the number of originals differs from the number of vertices, or if an original does
@@ -67,7 +67,7 @@ impl Mesh {
         self
     }
 
-    /// True if the vertices have normals.
+    /// Returns true if the vertices have normals.
     pub fn has_normals(&self) -> bool {
         self.normals.is_some()
     }

@@ -8,8 +8,9 @@ use std::collections::HashMap;
 /// Largest number of vertex–triangle pairs for which convexity is checked.
 const CONVEXITY_PAIRS: usize = 20_000_000;
 
-/// True if every edge is shared by exactly two triangles that traverse it in opposite directions.
-/// Vertices at the same position count as one, so that seams of texture coordinates do not matter.
+/// Returns true if every edge is shared by exactly two triangles that traverse it in opposite
+/// directions. Vertices at the same position count as one, so that seams of texture coordinates do
+/// not matter.
 pub(super) fn is_closed(positions: &[DVec3], triangles: &[[u32; 3]]) -> bool {
     let ids = weld(positions);
     let edges = || {
@@ -66,8 +67,8 @@ pub(super) fn cone_volume(positions: &[DVec3], triangles: &[[u32; 3]], o: DVec3)
     triangles.iter().map(cone).sum()
 }
 
-/// True if all vertices lie behind the planes of all triangles of a closed mesh. Also false for
-/// large meshes, which are not checked because the check would take long.
+/// Returns true if all vertices lie behind the planes of all triangles of a closed mesh. Returns
+/// false for large meshes, because the check would take long.
 pub(super) fn is_convex(positions: &[DVec3], triangles: &[[u32; 3]], bounds: &Aabb) -> bool {
     if positions.len().saturating_mul(triangles.len()) > CONVEXITY_PAIRS {
         return false;
