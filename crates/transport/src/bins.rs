@@ -12,7 +12,8 @@ pub struct Bins {
 }
 
 impl Bins {
-    /// True if the range from `min` to `max` is positive and finite, and there is at least one bin.
+    /// Returns true if the range from `min` to `max` is positive and finite, and there is at least
+    /// one bin.
     pub fn is_valid(&self) -> bool {
         let width = self.max - self.min;
         width > 0.0 && width.is_finite() && self.count > 0
@@ -27,12 +28,12 @@ impl Bins {
         Some((position as usize).min(self.count - 1))
     }
 
-    /// Width of a bin.
+    /// Returns the width of a bin.
     pub fn width(&self) -> f64 {
         (self.max - self.min) / self.count as f64
     }
 
-    /// Edges of all bins, one more than the number of bins.
+    /// Returns the edges of all bins, one more than the number of bins.
     pub fn edges(&self) -> Vec<f64> {
         let edge = |i: usize| self.min + (self.max - self.min) * i as f64 / self.count as f64;
         (0..=self.count).map(edge).collect()

@@ -48,7 +48,7 @@ impl Moments {
         self.largest = self.largest.max(largest);
     }
 
-    /// Mean of `count` scores; zero if there are none.
+    /// Returns the mean of `count` scores; zero if there are none.
     pub fn mean(&self, count: u64) -> f64 {
         match count {
             0 => 0.0,
@@ -56,7 +56,7 @@ impl Moments {
         }
     }
 
-    /// Mean of the squares of `count` scores; zero if there are none.
+    /// Returns the mean of the squares of `count` scores; zero if there are none.
     pub fn mean_square(&self, count: u64) -> f64 {
         match count {
             0 => 0.0,
@@ -66,13 +66,14 @@ impl Moments {
         }
     }
 
-    /// Sum of the squares of the deviations of `count` scores from their mean.
+    /// Returns the sum of the squares of the deviations of `count` scores from their mean.
     pub fn scatter(&self, count: u64) -> f64 {
         let mean = self.mean(count);
         (self.sum_of_squares.value() - mean * mean * count as f64).max(0.0)
     }
 
-    /// Unbiased estimate of the variance of the mean; infinite for fewer than two scores.
+    /// Returns an unbiased estimate of the variance of the mean; infinite for fewer than two
+    /// scores.
     pub fn variance_of_mean(&self, count: u64) -> f64 {
         if count < 2 {
             return f64::INFINITY;
@@ -81,8 +82,9 @@ impl Moments {
         self.scatter(count) / (n * (n - 1.0))
     }
 
-    /// Effective number of scores: the number of equal scores that determine the mean equally well,
-    /// (Σx)²/Σx² (Kish). Zero scores do not count. Scores are assumed to have the same sign.
+    /// Returns the effective number of scores: the number of equal scores that determine the mean
+    /// equally well, (Σx)²/Σx² (Kish). Zero scores do not count. Scores are assumed to have the
+    /// same sign.
     pub fn effective(&self) -> f64 {
         let square = self.sum_of_squares.value();
         if square > 0.0 {
@@ -101,7 +103,7 @@ impl Moments {
         }
     }
 
-    /// True if the error of the mean is unreliable: the largest score exceeds one part in
+    /// Returns true if the error of the mean is unreliable: the largest score exceeds one part in
     /// [`LEAST_EFFECTIVE`] of the sum. This includes all cases with fewer effective scores than
     /// that. A mean of zeros only is not flagged.
     pub fn few(&self) -> bool {
@@ -140,7 +142,7 @@ impl Tail {
         }
     }
 
-    /// Fraction of the scatter that the largest score causes; zero if all are equal.
+    /// Returns the fraction of the scatter that the largest score causes; zero if all are equal.
     pub fn share(&self) -> f64 {
         if self.scatter > 0.0 {
             (self.largest / self.scatter).min(1.0)
@@ -149,8 +151,8 @@ impl Tail {
         }
     }
 
-    /// Ratio of that fraction to the largest fraction of accepted tails, for n scores: n^(2/α − 1),
-    /// or (ln n)²/n times `TIMES_EXPONENTIAL`.
+    /// Returns the ratio of that fraction to the largest fraction of accepted tails, for n scores:
+    /// n^(2/α − 1), or (ln n)²/n times `TIMES_EXPONENTIAL`.
     pub fn excess(&self) -> f64 {
         let n = self.count.max(2) as f64;
         let power = n.powf(2.0 / TAIL_INDEX - 1.0);
@@ -158,7 +160,7 @@ impl Tail {
         self.share() / power.max(exponential)
     }
 
-    /// True if the fraction is larger than for accepted tails.
+    /// Returns true if the fraction is larger than for accepted tails.
     pub fn is_heavy(&self) -> bool {
         self.excess() > 1.0
     }

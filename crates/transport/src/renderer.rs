@@ -46,7 +46,7 @@ impl From<AovTracer> for Renderer {
 }
 
 impl Renderer {
-    /// True if pixels share paths: light subpaths or photon maps.
+    /// Returns true if pixels share paths: light subpaths or photon maps.
     pub(crate) fn shares_paths(&self) -> bool {
         let shares = |integrator: &Integrator| {
             integrator.splats() || matches!(integrator, Integrator::Photon(_))
@@ -54,7 +54,7 @@ impl Renderer {
         self.integrator().is_some_and(shares)
     }
 
-    /// Estimator of light; `None` for other quantities.
+    /// Returns the estimator of light; `None` for other quantities.
     pub fn integrator(&self) -> Option<&Integrator> {
         match self {
             Renderer::Light(integrator) => Some(integrator),
@@ -62,12 +62,12 @@ impl Renderer {
         }
     }
 
-    /// True if the picture shows light.
+    /// Returns true if the picture shows light.
     pub fn is_light(&self) -> bool {
         self.integrator().is_some()
     }
 
-    /// Number of channels of an image of a scene whose film has `spectral` channels.
+    /// Returns the number of channels of an image of a scene whose film has `spectral` channels.
     pub fn channels(&self, spectral: usize) -> usize {
         match self {
             Renderer::Light(_) => spectral,
@@ -75,8 +75,8 @@ impl Renderer {
         }
     }
 
-    /// Number of channels in each group of the image, if the film has groups of `spectral`
-    /// channels.
+    /// Returns the number of channels in each group of the image, if the film has groups of
+    /// `spectral` channels.
     pub fn group_size(&self, spectral: usize) -> usize {
         match self {
             Renderer::Light(_) => spectral,
@@ -84,29 +84,31 @@ impl Renderer {
         }
     }
 
-    /// True if samples contribute to pixels other than their own: see [`Integrator::splats`].
+    /// Returns true if samples contribute to pixels other than their own: see
+    /// [`Integrator::splats`].
     pub fn splats(&self) -> bool {
         self.integrator().is_some_and(Integrator::splats)
     }
 
-    /// Kind of replicates into which samples of a pixel are grouped, given the requested kind: see
-    /// [`Integrator::replicates`].
+    /// Returns the kind of replicates into which samples of a pixel are grouped, given the
+    /// requested kind: see [`Integrator::replicates`].
     pub fn replicates(&self, wanted: Replicates) -> Replicates {
         self.integrator()
             .map_or(Replicates::SINGLE, |i| i.replicates(wanted))
     }
 
-    /// True if the error approaches zero with the number of samples.
+    /// Returns true if the error approaches zero with the number of samples.
     pub fn converges(&self) -> bool {
         self.integrator().is_none_or(Integrator::converges)
     }
 
-    /// Maximum path length, `None` for no limit, and the depth at which Russian roulette begins.
+    /// Returns the maximum path length, `None` for no limit, and the depth at which Russian
+    /// roulette begins.
     pub fn depths(&self) -> (Option<u32>, u32) {
         self.integrator().map_or((None, 1), Integrator::depths)
     }
 
-    /// Name in scene files and on command lines.
+    /// Returns the name in scene files and on command lines.
     pub fn name(&self) -> &'static str {
         self.integrator().map_or("aov", Integrator::name)
     }

@@ -67,23 +67,23 @@ impl<T: Copy> Sparse<T> {
         }
     }
 
-    /// Bytes that a vector of `len` elements takes once all blocks are written.
+    /// Returns the bytes that a vector of `len` elements takes once all blocks are written.
     pub fn memory(len: usize) -> usize {
         let table = len.div_ceil(Self::BLOCK) * size_of::<Option<Box<[T]>>>();
         len.saturating_mul(size_of::<T>()).saturating_add(table)
     }
 
-    /// Number of elements.
+    /// Returns the number of elements.
     pub fn len(&self) -> usize {
         self.len
     }
 
-    /// True if the length is zero.
+    /// Returns true if the length is zero.
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
 
-    /// Value of all elements of blocks that have not been written.
+    /// Returns the value of all elements of blocks that have not been written.
     pub(crate) fn rest(&self) -> T {
         self.rest
     }

@@ -61,7 +61,7 @@ pub struct ConnectionCounts {
     pub found: u64,
     /// Number of found rays that an opaque or rough surface blocks.
     pub occluded: u64,
-    /// Number of found rays that contribute nothing, because they arrive on the wrong side of a
+    /// Number of connecting rays without contribution, because they arrive on the wrong side of a
     /// surface or through the wrong medium.
     pub discarded: u64,
     /// Number of iterations that did not converge.
@@ -83,8 +83,8 @@ pub struct ConnectionCounts {
 }
 
 impl Stats {
-    /// Estimated cost in units that do not depend on a clock, for choices between estimators. An
-    /// evaluation of a field costs 1, some 60 ns.
+    /// Returns the estimated cost in units that do not depend on a clock, for choices between
+    /// estimators. An evaluation of a field costs 1, some 60 ns.
     pub fn cost(&self) -> f64 {
         let work = &self.work;
         let counts = [
@@ -118,7 +118,7 @@ impl Stats {
 }
 
 impl ConnectionCounts {
-    /// Fraction of the attempts that found no ray; 0 if there were none.
+    /// Returns the fraction of the attempts that found no ray; 0 if there were none.
     pub fn failure_rate(&self) -> f64 {
         match self.attempts {
             0 => 0.0,

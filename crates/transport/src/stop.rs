@@ -1,9 +1,9 @@
-//! Cancellation of work under way.
+//! Cancellation of running work.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Request to cancel work under way. Copies share it.
+/// Request to cancel running work. Copies share the request.
 ///
 /// Rays, connections and photon searches check it between steps. Once it is raised they end as if
 /// they had found nothing. Their results are then worthless, and the caller that raises it must
@@ -17,7 +17,7 @@ impl Stop {
         self.0.store(true, Ordering::Relaxed);
     }
 
-    /// True if work is cancelled.
+    /// Returns true if work is cancelled.
     #[inline]
     pub fn is_raised(&self) -> bool {
         self.0.load(Ordering::Relaxed)

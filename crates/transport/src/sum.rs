@@ -78,7 +78,7 @@ impl ReproducibleSum {
         digits as f64 / f64::from(DIGIT).exp2() * unit(place)
     }
 
-    /// Number of the highest place; 0 for an empty sum.
+    /// Returns the number of the highest place; 0 for an empty sum.
     fn place(self) -> i64 {
         let [high, low] = self.words.map(|word| word & 7);
         high << TAG | low

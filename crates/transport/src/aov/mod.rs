@@ -2,11 +2,11 @@
 //! surface that it meets.
 //!
 //! The ray is followed through index-matched and smooth boundaries to an opaque surface, or out of
-//! the scene. In the latter case its *exit* is on the last boundary that it passed, or at its start
-//! if it met none. Lengths, optical path difference and optical depth are measured up to the exit.
+//! the scene. If the ray leaves the scene, its *exit* is on the last boundary that it passed, or at
+//! its start if it passed none. Lengths, optical path difference and optical depth are measured up
+//! to the exit.
 //!
-//! The first surface is the first one that does more than delimit media: null boundaries are
-//! skipped, smooth dielectrics are not.
+//! The first surface is the first boundary that is not null. Smooth dielectrics count as surfaces.
 
 mod quantity;
 mod surface;
@@ -95,7 +95,7 @@ impl AovTracer {
         self.aovs().any(compares).then(reference)
     }
 
-    /// True if the path of rays beyond their first surface matters.
+    /// Returns true if any quantity depends on the path of rays beyond their first surface.
     fn goes_on(&self) -> bool {
         self.aovs().any(|aov| !aov.is_of_surface())
     }

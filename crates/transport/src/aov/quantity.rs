@@ -3,8 +3,9 @@
 /// Scalar or vector quantity of sensor rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Aov {
-    /// Validity: 1, or 0 if the ray is trapped or left its medium's field, or if no ray of the
-    /// reference connects its ends. In the latter cases all other channels of the path are 0.
+    /// Validity: 1 for a ray that was followed to its end. It is 0 if the ray is trapped or left
+    /// its medium's field, or if no ray of the reference connects its ends. All other channels of
+    /// the path are then 0.
     Valid,
     /// Position of the exit in the world, scene units.
     ExitPosition,
@@ -80,8 +81,8 @@ impl Aov {
         Aov::ShapeIndex,
     ];
 
-    /// True if it describes the first surface that a ray meets, not the ray's path; such quantities
-    /// are 0 if there is no surface.
+    /// Returns true if the quantity describes the first surface that a ray meets. Its values are 0
+    /// if there is no surface. All other quantities describe the path of the ray.
     pub fn is_of_surface(self) -> bool {
         match self {
             Aov::Valid | Aov::ExitPosition | Aov::ExitDirection | Aov::Deflection => false,
@@ -95,7 +96,7 @@ impl Aov {
         }
     }
 
-    /// Name in scene files. Names of first-surface quantities are Mitsuba's.
+    /// Returns the name in scene files. Names of first-surface quantities are Mitsuba's.
     pub fn name(self) -> &'static str {
         match self {
             Aov::Valid => "valid",
@@ -122,7 +123,7 @@ impl Aov {
         }
     }
 
-    /// Names of its channels, as in images without other channels.
+    /// Returns the names of the quantity's channels, as in images without other channels.
     pub fn channels(self) -> &'static [&'static str] {
         match self {
             Aov::Valid => &["valid"],

@@ -1,4 +1,4 @@
-//! Light that paths meet, and its derivatives by position and direction.
+//! Emitted light at the ends of paths, and its derivatives by position and direction.
 
 use crate::Spectrum;
 use crate::connection_end::OnSurface;
@@ -7,7 +7,7 @@ use crate::scene::{MediumId, Scene};
 use crate::texture::Texture;
 use glam::DVec3;
 
-/// Light that a path has met.
+/// Emitter at the end of a path.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Arrival {
     /// Environment, reached by leaving the scene in a unit direction.
@@ -17,7 +17,7 @@ pub(super) enum Arrival {
 }
 
 impl Arrival {
-    /// Returns L_e/n².
+    /// Returns the basic radiance L_e/n² of the emitter.
     pub(super) fn light(&self, scene: &Scene, x: DVec3, direction: DVec3) -> Spectrum {
         let radiance = match self {
             Arrival::Sky { direction, .. } => scene
@@ -31,7 +31,7 @@ impl Arrival {
         radiance / (n * n)
     }
 
-    /// Medium in which the light is met.
+    /// Returns the medium in which the path reaches the emitter.
     pub(super) fn medium(&self) -> MediumId {
         match self {
             Arrival::Sky { medium, .. } | Arrival::Panel { medium, .. } => *medium,

@@ -97,20 +97,21 @@ impl AttachedWalk<'_> {
 }
 
 impl<S: FnMut(MediumId, DVec3, IndexDerivative)> Sweep<'_, S> {
-    /// Derivative of the logarithm of a medium's survival probability by the length.
+    /// Returns the derivative of the logarithm of a medium's survival probability by the length.
     fn log_survival(&self, medium: MediumId) -> f64 {
         let own = self.walk.majorants.of(medium)[self.drawn.channel];
         self.log_weight(medium) - self.value * own
     }
 
-    /// Derivative of the logarithm of the channels' weights by the length of the segment.
+    /// Returns the derivative of the logarithm of the channels' weights by the length of the
+    /// segment.
     fn log_weight(&self, medium: MediumId) -> f64 {
         let extinctions = self.walk.majorants.of(medium);
         let mean = (self.drawn.posterior * extinctions).sum();
         (self.worth * extinctions.map(|sigma| mean - sigma)).sum()
     }
 
-    /// Starts the sweep at the light that the path has met.
+    /// Starts the sweep at the emitter that the path has reached.
     fn arrived(&mut self, found: &Found, weights: Spectrum, end: &FlightPoint) -> FlightAdjoint {
         let scene = self.scene;
         let medium = found.arrival.medium();
@@ -181,8 +182,8 @@ impl<S: FnMut(MediumId, DVec3, IndexDerivative)> Sweep<'_, S> {
         }
     }
 
-    /// Gradient of the logarithm of a collision's factor by its position. The factor is the
-    /// collision's acceptance probability, times the albedo if it is real.
+    /// Returns the gradient of the logarithm of a collision's factor by its position. The factor is
+    /// the collision's acceptance probability, times the albedo if it is real.
     fn log_chance(&self, event: &Scattering, medium: MediumId) -> DVec3 {
         let (x, is_real) = (event.vertex.x, event.onward.is_some());
         let chance = self.walk.majorants.chance(self.scene, medium);

@@ -41,7 +41,7 @@ pub(super) fn check(
     }
 }
 
-/// True if the object separates media.
+/// Returns true if the object separates media.
 fn is_boundary(object: &Object) -> bool {
     let sides = object.sides.filter(|s| s.interior != s.exterior);
     sides.is_some() && object.emitter.is_none()
@@ -62,13 +62,13 @@ fn check_tint(object: &Object, channels: usize) -> Result<(), IndexDerivativeErr
     }
 }
 
-/// True if the surfaces of two closed shapes cross.
+/// Returns true if the surfaces of two closed shapes cross.
 fn cross(a: &Shape, b: &Shape) -> bool {
     let apart = !a.aabb().overlaps(&b.aabb());
     !apart && (is_divided(a, b) || is_divided(b, a))
 }
 
-/// True if a surface lies partly inside another shape.
+/// Returns true if a surface lies partly inside another shape.
 fn is_divided(surface: &Shape, other: &Shape) -> bool {
     let at = |k: usize| (k as f64 + 0.5) / PROBES as f64;
     let point = |i: usize| {

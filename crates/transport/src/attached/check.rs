@@ -66,7 +66,7 @@ fn check_medium(scene: &Scene, id: MediumId) -> Result<(), IndexDerivativeError>
     }
 }
 
-/// True if a grid covers all shapes of a medium.
+/// Returns true if a grid covers all shapes of a medium.
 fn covers(grid: &VolumeGrid, scene: &Scene, medium: MediumId) -> bool {
     let mut own = scene
         .objects()
@@ -164,7 +164,7 @@ fn check_panel(
     Ok(())
 }
 
-/// True if a texture is dark along the sides of a rectangle.
+/// Returns true if a texture is dark along the sides of a rectangle.
 fn is_dark_around(shape: &Shape, texture: &Texture) -> bool {
     let at = |u: [f64; 2]| texture.at(&shape.site_of(&shape.sample_area(u)));
     (0..=PLACES).all(|i| {

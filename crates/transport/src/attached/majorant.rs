@@ -63,8 +63,8 @@ impl Chance<'_> {
         (self.grid.at(x) * self.unit).map(|share| share.min(1.0))
     }
 
-    /// Gradient of Σ worth × log(ratio), or of Σ worth × log(1 − ratio) if the collision is null,
-    /// over the channels at a position.
+    /// Returns the gradient of Σ `worth` × log(ratio) at a position, summed over channels. For a
+    /// null collision it is the gradient of Σ `worth` × log(1 − ratio).
     pub(super) fn log_gradient(&self, x: DVec3, worth: Spectrum, is_real: bool) -> DVec3 {
         let share = self.at(x);
         let by = if is_real {
@@ -88,7 +88,7 @@ pub(super) fn probability(share: f64) -> f64 {
     }
 }
 
-/// Gradient of Σ worth × log(albedo) over the channels at a position.
+/// Returns the gradient of Σ `worth` × log(albedo) at a position, summed over channels.
 pub(super) fn log_albedo_gradient(medium: &Medium, x: DVec3, worth: Spectrum) -> DVec3 {
     match &medium.albedo {
         VolumeTexture::Uniform(_) => DVec3::ZERO,

@@ -38,12 +38,12 @@ impl IndexPlan {
         Ok(plan)
     }
 
-    /// Number of sums.
+    /// Returns the number of sums.
     pub(crate) fn len(&self) -> usize {
         self.starts.last().copied().unwrap_or(0)
     }
 
-    /// True if the index of a medium is differentiated.
+    /// Returns true if the index of a medium is differentiated.
     pub(crate) fn has(&self, medium: MediumId) -> bool {
         self.of_medium[medium].is_some()
     }
@@ -73,7 +73,7 @@ impl IndexPlan {
         each.collect()
     }
 
-    /// Number of parameters of each medium.
+    /// Returns the number of parameters of each medium.
     pub(crate) fn counts(&self, scene: &Scene) -> Vec<usize> {
         let count = |&id: &MediumId| scene.medium(id).index.parameter_count();
         self.media.iter().map(count).collect()

@@ -8,8 +8,8 @@ use eikonal::adjoint::{Flight, FlightCrossing, FlightPoint};
 use glam::DVec3;
 use std::ops::Range;
 
-/// Path from the sensor to the light that it met. One object can record several paths in turn, in
-/// the same memory.
+/// Path from the sensor to an emitter. One object can record several paths in turn, in the same
+/// memory.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct AttachedPath {
     pub(super) flight: Flight,
@@ -18,11 +18,11 @@ pub(crate) struct AttachedPath {
     pub(super) legs: Vec<Leg>,
     /// Start of the path.
     pub(super) origin: DVec3,
-    /// Light that the path has met.
+    /// Light at the end of the path; `None` if the path did not reach an emitter.
     pub(super) found: Option<Found>,
 }
 
-/// Light that a path has met.
+/// Light at the end of a path.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Found {
     pub arrival: Arrival,
@@ -38,10 +38,10 @@ pub(super) struct Found {
 #[derive(Clone, Debug)]
 pub(super) struct Leg {
     pub medium: MediumId,
-    /// Range of its steps in `spans`.
+    /// Range of the flight's steps in `spans`.
     pub spans: Range<usize>,
-    /// Unit direction in which it starts at a point. `None` behind a boundary and after a null
-    /// collision, where it starts with a velocity.
+    /// Unit direction in which the flight starts at a point. `None` behind a boundary and after a
+    /// null collision, where the flight starts with a velocity.
     pub direction: Option<DVec3>,
     pub drawn: Drawn,
     pub end: LegEnd,

@@ -65,7 +65,7 @@ pub(super) struct Walking<'a, 'p> {
 }
 
 impl<'a> AttachedWalk<'a> {
-    /// Follows a path from the sensor until it meets light or is terminated.
+    /// Follows a path from the sensor until it reaches an emitter or is terminated.
     pub(crate) fn follow(
         &self,
         ray: SensorRay,

@@ -19,17 +19,17 @@ pub struct Contribution {
     /// Bias of the value, to second order in the radius within which photons count; zero for an
     /// unbiased estimator.
     pub bias: Spectrum,
-    /// Weight against the other strategies that can sample this path, in [0, 1].
+    /// MIS weight of the strategy among all strategies that can sample the path, in [0, 1].
     pub weight: f64,
-    /// Shares of the kinds of strategies in the density of the path if all are used; zeros for an
-    /// estimator that does not separate strategies.
+    /// Fractions of the density of the path that the kinds of strategies have if all are used.
+    /// Zeros for an estimator that does not separate strategies.
     pub shares: StrategyShares,
     /// Properties of the path.
     pub path: PathFacts,
 }
 
 impl Contribution {
-    /// True if value, weight and bias are finite.
+    /// Returns true if value, weight and bias are finite.
     pub(crate) fn is_finite(&self) -> bool {
         self.weighted().is_finite() && self.bias.is_finite()
     }

@@ -68,8 +68,8 @@ impl Integrator {
     }
 
     /// Samples the contributions of one sample of a pixel along its sensor ray. `channels` is the
-    /// number of channels in use. Except for the blur of photon maps and of merging, the weighted
-    /// sum of contributions over the image is unbiased if all pixels have equal numbers of samples.
+    /// number of channels in use. The weighted sum of contributions over the image is unbiased if
+    /// all pixels have equal numbers of samples, except for the blur of photon maps and of merging.
     pub fn sample(
         &self,
         scene: &Scene,
@@ -90,8 +90,8 @@ impl Integrator {
         }
     }
 
-    /// Does the work of [`Integrator::sample`], and logs the paths of all contributions. Finds
-    /// nothing if the integrator [blurs](Integrator::blurs).
+    /// Does the work of [`Integrator::sample`], and logs the paths of all contributions. There are
+    /// no contributions if the integrator [blurs](Integrator::blurs).
     pub(crate) fn log(
         &self,
         scene: &Scene,
@@ -148,18 +148,18 @@ impl Integrator {
         }
     }
 
-    /// True if contributions go to pixels other than the sample's own.
+    /// Returns true if contributions go to pixels other than the sample's own.
     pub fn splats(&self) -> bool {
         self.facts().splats
     }
 
-    /// True if the integrator can show the light of each strategy.
+    /// Returns true if the integrator can show the light of each strategy.
     pub fn separates_strategies(&self) -> bool {
         self.facts().separates_strategies
     }
 
-    /// True if the integrator separates strategies, and has the strategy with `s` vertices from the
-    /// emitter and `t` from the sensor.
+    /// Returns true if the integrator separates strategies, and has the strategy with `s` vertices
+    /// from the emitter and `t` from the sensor.
     pub(crate) fn has_strategy(&self, s: u32, t: u32) -> bool {
         match self {
             Integrator::Path(_) | Integrator::Photon(_) | Integrator::Vcm(_) => false,
@@ -168,13 +168,13 @@ impl Integrator {
         }
     }
 
-    /// True if all pixels of a sample share light subpaths, which are traced first, and contribute
-    /// to each other.
+    /// Returns true if all pixels of a sample share light subpaths, which are traced first, and
+    /// contribute to each other.
     pub(crate) fn shares_light_paths(&self) -> bool {
         self.facts().shares_light_paths
     }
 
-    /// True if light is blurred, so that its mean is biased.
+    /// Returns true if light is blurred, so that its mean is biased.
     pub fn blurs(&self) -> bool {
         self.facts().blurs
     }
@@ -189,7 +189,7 @@ impl Integrator {
         }
     }
 
-    /// True if the error converges to zero with more samples.
+    /// Returns true if the error converges to zero with more samples.
     pub fn converges(&self) -> bool {
         self.facts().converges
     }

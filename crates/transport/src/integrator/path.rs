@@ -31,7 +31,7 @@ pub struct PathTracer {
     /// adds single scattering.
     pub max_depth: Option<u32>,
     /// Number of edges and specular events after which any path may end by Russian roulette. Paths
-    /// that are not worth their work may end before.
+    /// with too small an expected contribution for their work may end before.
     pub rr_depth: u32,
 }
 
@@ -44,8 +44,8 @@ impl Default for PathTracer {
     }
 }
 
-/// Probability of computing the discovery of an edge that hit an emitter, relative to the largest
-/// MIS weight that connections may have for it.
+/// Probability of computing the discovery probability of an edge that hit an emitter, divided by
+/// the largest MIS weight that connections may have. Small weights are thus computed rarely.
 const ASK: f64 = 4.0;
 
 /// The next ray of the path, with the data that its MIS weight needs.
@@ -63,7 +63,8 @@ struct Next {
 }
 
 impl Next {
-    /// Returns the other branch of an edge that was split, or `None` if it contributes nothing.
+    /// Returns the next ray of the other branch of a split edge, or `None` if the branch
+    /// contributes nothing.
     fn split_off(&self, split: &Split) -> Option<Self> {
         let throughput = self.throughput * split.throughput;
         // Planted error "splitting that are followed where they bring nothing", found by morgana-transport/transport::first_vertex::a_split_that_brings_nothing_is_left:
@@ -216,7 +217,7 @@ impl PathTracer {
             split: None,
             log: finds.log,
         };
-        // Follow the path to its end, and then the other branch if the first edge was split.
+        // Follow the path to its end. Then follow the other branch if the first edge was split.
         self.follow(&mut tracing, &mut next);
         if let Some((mut split, reflectance)) = tracing.split.take() {
             tracing.ws.split = Some(SplitSample {
@@ -529,7 +530,7 @@ impl<L: PathLog> Tracing<'_, L> {
         let survival = edge.geometry.survival(sampled.channel_pdf);
         let by_chance = edge.geometry.density(*direction_pdf, found.n) * found.cos * survival;
         let most = by_connection / (by_connection + by_chance);
-        // If the weight of connections is small anyway, compute it only with some probability.
+        // If the weight of connections is small, compute it only with some probability.
         let asked = if self.scene.is_straight() || self.ws.nee_training.is_some() {
             1.0
         } else {

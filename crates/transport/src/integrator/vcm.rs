@@ -65,7 +65,7 @@ impl Vcm {
         Radii::shrunk(first, sample, IN_MEDIA)
     }
 
-    /// Returns the radius of the first sample, given light subpaths like its own.
+    /// Returns the radius of the first sample, given light subpaths of the scene.
     pub(crate) fn first_radius(&self, paths: &LightPaths) -> f64 {
         self.radius.unwrap_or_else(|| {
             // Only the positions of photons are needed.

@@ -49,22 +49,22 @@ impl Sidebands {
         })
     }
 
-    /// Wavelength of the light in vacuum, in scene units.
+    /// Returns the wavelength of the light in vacuum, in scene units.
     pub fn wavelength(&self) -> f64 {
         TAU / self.wave_number
     }
 
-    /// Highest order.
+    /// Returns the highest order.
     pub fn orders(&self) -> u32 {
         self.orders
     }
 
-    /// Number of delays.
+    /// Returns the number of delays.
     pub fn delays(&self) -> u32 {
         self.delays
     }
 
-    /// Number of parts: the orders from 0 on, then the delays.
+    /// Returns the number of parts: the orders from 0 on, then the delays.
     pub fn parts(&self) -> usize {
         self.orders as usize + 1 + self.delays as usize
     }

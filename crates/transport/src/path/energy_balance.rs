@@ -40,7 +40,7 @@ pub struct BalanceSums {
 
 impl BalanceSums {
     /// Adds a particle. A particle with entries that are not finite is counted in `not_finite` and
-    /// added with zero entries, so that its power is part of the residual.
+    /// added with zero entries. Its power is then part of the residual.
     pub fn add(&mut self, particle_balance: &ParticleBalance, not_finite: &mut u64) {
         if particle_balance.is_void {
             return;
@@ -76,7 +76,7 @@ impl BalanceTotals {
         }
     }
 
-    /// Number of particles.
+    /// Returns the number of particles.
     pub fn particles(&self) -> u64 {
         self.particles
     }
@@ -149,8 +149,8 @@ pub struct Share {
     pub error: f64,
 }
 
-/// Energy balance of a whole run. The residual, which the entries do not account for, is noise from
-/// the choice of emitters and rays, Russian roulette and spectral sampling, which are unbiased.
+/// Energy balance of a whole run. The residual is the power that no entry accounts for. It is noise
+/// from unbiased choices: of emitters and rays, by Russian roulette, and by spectral sampling.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EnergyBalance {
     /// Power of all emitters. It is exact, except for emitting media whose power had to be

@@ -60,7 +60,7 @@ pub struct Workspace {
     pub split: Option<SplitSample>,
     /// Data of a pilot about `adjoint`.
     pub adjoint_training: Option<Box<AdjointTraining>>,
-    /// Signal to stop all work. Once it is raised, nothing more is found.
+    /// Signal to stop all work. Once the signal is raised, searches end without results.
     pub stop: Stop,
     /// Parts of the last straight connection.
     pub(in crate::path) line: Vec<RayPart>,

@@ -33,12 +33,12 @@ impl Kernel {
         }
     }
 
-    /// Radius, beyond which the kernel is zero.
+    /// Returns the radius, beyond which the kernel is zero.
     pub fn radius(&self) -> f64 {
         self.radius
     }
 
-    /// Area or volume of a uniform kernel with equal variance: 1/∫K².
+    /// Returns the area or volume of a uniform kernel with equal variance: 1/∫K².
     pub(crate) fn content(&self) -> f64 {
         let r = self.radius;
         if self.dimensions == 2.0 {

@@ -8,10 +8,10 @@ use crate::scene::Scene;
 use crate::stats::Photons;
 use glam::DVec3;
 
-/// Radius within which photons count if there are too few to choose it, as a fraction of the
-/// scene's radius.
+/// Radius within which photons contribute, as a fraction of the scene's radius, if there are too
+/// few photons to choose the radius.
 const LONELY: f64 = 0.05;
-/// Number of photons that an automatic radius reaches around a typical one.
+/// Number of photons within an automatic radius around a typical photon.
 const NEIGHBOURS: usize = 10;
 /// Number of photons whose neighbours are examined.
 const TYPICAL: usize = 64;
@@ -61,7 +61,7 @@ impl PhotonMap {
         }
     }
 
-    /// Numbers of photons.
+    /// Returns the numbers of photons.
     pub(crate) fn counts(&self) -> Photons {
         Photons {
             in_media: self.volume.photons().len() as u64,
@@ -69,14 +69,14 @@ impl PhotonMap {
         }
     }
 
-    /// Returns a radius for the first of many maps like this one.
+    /// Returns a radius for the first of many similar maps.
     pub(crate) fn first_radius(&self, scene: &Scene) -> f64 {
         let lonely = LONELY * scene.around().radius;
         self.typical_radius().unwrap_or(lonely)
     }
 
-    /// Returns a radius that reaches [`NEIGHBOURS`] photons around a typical one: the median over
-    /// some photons. Returns `None` if there are fewer than two photons.
+    /// Returns a radius around a typical photon that contains [`NEIGHBOURS`] photons: the median
+    /// over some photons. Returns `None` if there are fewer than two photons.
     fn typical_radius(&self) -> Option<f64> {
         let trees = [&self.volume, &self.surface];
         let all: Vec<DVec3> = trees

@@ -7,23 +7,24 @@ use glam::DVec3;
 
 /// Maximum distance of a piece from its chord, as a fraction of the radius.
 const SAG: f64 = 0.25;
-/// Maximum number of pieces. Pieces that are farther from their chords than the radius give equally
-/// exact results, but examine more photons in vain.
+/// Maximum number of pieces of a span. Longer pieces may be farther from their chords than [`SAG`]
+/// allows. Results stay exact, but more photons are examined.
 const MOST: f64 = 256.0;
 
-/// Piece of an arc, with the distance within which photons count.
+/// Piece of an arc, with the distance within which photons contribute.
 pub(crate) struct GatherPiece<'a> {
     arc: &'a Arc,
-    /// θ at its ends.
+    /// θ at the ends of the piece.
     range: [f64; 2],
-    /// Position and velocity dx/dσ at its ends.
+    /// Position and velocity dx/dσ at the ends of the piece.
     ends: [(DVec3, DVec3); 2],
-    /// Distance from the piece within which photons count; the chord may be `sag` farther away.
+    /// Distance from the piece within which photons contribute; the chord may be `sag` farther
+    /// away.
     radius: f64,
     sag: f64,
 }
 
-/// Divides a span into pieces, around which photons count within a radius.
+/// Divides a span into pieces. Photons within a radius around the pieces contribute.
 pub(crate) fn pieces<'a>(span: &'a Span, radius: f64) -> impl Iterator<Item = GatherPiece<'a>> {
     let (arc, end) = (&span.arc, span.theta_end);
     // Bound the distance from the chord: a Bézier curve of degree 5 deviates from the chord of a
@@ -52,7 +53,7 @@ pub(crate) fn pieces<'a>(span: &'a Span, radius: f64) -> impl Iterator<Item = Ga
 }
 
 impl GatherPiece<'_> {
-    /// True if a photon in a box may count.
+    /// Returns true if photons in a box may contribute.
     pub(crate) fn touches(&self, bounds: &Aabb) -> bool {
         let b = bounds.grown(self.radius + self.sag);
         let start = self.ends[0].0;
@@ -66,8 +67,8 @@ impl GatherPiece<'_> {
     }
 
     /// Returns θ of the foot of the perpendicular from a point to the piece, and the squared length
-    /// of the perpendicular, if it is within the radius. Of adjacent pieces of a smooth curve, at
-    /// most one has the foot.
+    /// of the perpendicular. Returns `None` if the length exceeds the radius. Adjacent pieces of a
+    /// smooth curve never both have the foot.
     pub(crate) fn foot(&self, y: DVec3) -> Option<(f64, f64)> {
         let [start, end] = self.ends;
         let along = (y - start.0).dot(self.chord()) / self.chord().length_squared();

@@ -10,8 +10,8 @@ pub struct Radii {
 }
 
 impl Radii {
-    /// Returns the radii of a sample's map, given the radius of the first map. Photons in media
-    /// count in `in_media` dimensions.
+    /// Returns the radii of a sample's map, given the radius of the first map. Photons in media are
+    /// merged in `in_media` dimensions.
     pub(crate) fn shrunk(first: f64, sample: u64, in_media: f64) -> Self {
         Radii {
             volume: first * shrinkage(in_media, sample),
@@ -20,9 +20,10 @@ impl Radii {
     }
 }
 
-/// Radius of a sample's map, counted from 0, relative to the first one. The exponent makes bias and
-/// noise of the mean decrease alike: the content r^d shrinks by (i + α)/(i + 1) after sample i
-/// (Knaus and Zwicker 2011). This gives r_i^d = Γ(i + α)/(Γ(1 + α) Γ(i + 1)), i counted from 1.
+/// Returns the radius of a sample's map, counted from 0, relative to the first one. The exponent
+/// makes bias and noise of the mean decrease alike: the content r^d shrinks by (i + α)/(i + 1)
+/// after sample i (Knaus and Zwicker 2011). This gives r_i^d = Γ(i + α)/(Γ(1 + α) Γ(i + 1)), i
+/// counted from 1.
 fn shrinkage(dimensions: f64, sample: u64) -> f64 {
     let alpha = 4.0 / (dimensions + 4.0);
     let i = sample as f64 + 1.0;

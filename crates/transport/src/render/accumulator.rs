@@ -20,7 +20,7 @@ pub trait Accumulated: Clone + Debug + Serialize + DeserializeOwned {
     /// Data about a group of channels that a pilot finds before the first sample.
     type Learnt: Clone + Debug + PartialEq + Serialize + DeserializeOwned;
 
-    /// True if both are sums of the same quantities.
+    /// Returns true if `self` and `other` are sums of the same quantities.
     fn is_like(&self, other: &Self) -> bool;
 
     /// Adds other sums of the same quantities.
@@ -44,8 +44,8 @@ pub(super) trait Sampling {
         ControlFlow::Continue(())
     }
 
-    /// Number of samples of the pass that starts with sample `at`, if `next` samples take the right
-    /// time.
+    /// Returns the number of samples of the pass that starts with sample `at`, if `next` samples
+    /// take the right time.
     fn pass_size(&self, state: &Accumulator<Self::Sums>, at: u64, next: u64) -> u64;
 
     /// Takes the samples of a pass.
@@ -71,7 +71,7 @@ pub struct Accumulator<T: Accumulated> {
 /// Reason why two states cannot be merged.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum MergeError {
-    /// Both states have these samples, which would count twice.
+    /// Samples that both states contain, so that they would be added twice.
     #[error("both have samples {} to {}", .0.start, .0.end - 1)]
     Overlap(Range<u64>),
     /// The states keep different quantities, or have different pixels.
@@ -91,12 +91,12 @@ impl<T: Accumulated> Accumulator<T> {
         }
     }
 
-    /// Numbers of the samples, or particles, taken so far.
+    /// Returns the numbers of the samples, or particles, taken so far.
     pub fn done(&self) -> &Ranges {
         &self.done
     }
 
-    /// True if the state has this number of channel groups.
+    /// Returns true if the state has this number of channel groups.
     pub(super) fn has_groups(&self, groups: usize) -> bool {
         let is_new = self.done.count() == 0 && self.learnt.is_empty();
         self.balances.len() == groups && (is_new || self.learnt.len() == groups)

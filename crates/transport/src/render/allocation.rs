@@ -19,8 +19,8 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
-/// Samples of the image before shares are used, rounded up to whole replicates and periods. For
-/// fewer samples the pilot does not pay.
+/// Number of samples of the image that all pixels take before they have different shares, rounded
+/// up to whole replicates and periods. For fewer samples, the pilot takes more work than it saves.
 pub const ADAPTIVE_FROM: u64 = 16;
 /// Samples per pixel in the pilot.
 const PILOT: u64 = 4;
@@ -33,20 +33,21 @@ const PIXELS_PER_TASK: usize = 64;
 /// Radius, in pixels along both axes, over which variances are averaged. The variance of one pixel
 /// is too uncertain.
 const AROUND: usize = 2;
-/// Fraction of the mean variance of all pixels that is added to the variance of each pixel, because
-/// the pilot may have missed rare light.
+/// Variance that is added to the variance of each pixel, as a fraction of the mean variance of all
+/// pixels. The pilot may have missed rare light.
 const DOUBT: f32 = 0.05;
-/// Share of a pixel that takes one sample per sample of the image.
+/// Number of units in a share of one: the pixel takes one sample per sample of the image.
 const ONE: u16 = 256;
-/// Smallest share; [`LARGEST`] is the largest.
+/// Smallest share of a pixel, in units of 1/[`ONE`]; [`LARGEST`] is the largest.
 const LEAST: u16 = ONE / 2;
 const LARGEST: u16 = 8 * ONE;
 /// Bytes per pixel while shares are computed: forecasts, benefits and shares.
 pub(super) const BYTES: usize = size_of::<PixelForecast>() + size_of::<f32>() + size_of::<u16>();
-/// Bisection steps for the scale of shares, more than integer shares need.
+/// Number of bisection steps for the scale of shares, more than integer shares need.
 const HALVINGS: u32 = 40;
 
-/// Numbers of the samples that each pixel takes.
+/// Allocation of samples to pixels. The share of a pixel is the number of samples that it takes per
+/// sample of the image.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Allocation {
     /// Number of samples that are taken together: whole replicates at all instants of a period.
@@ -54,12 +55,12 @@ pub(super) struct Allocation {
     shares: Shares,
 }
 
-/// Samples of a pixel per sample of the image.
+/// Shares: the number of samples that each pixel takes per sample of the image.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 enum Shares {
-    /// Share one for all pixels.
+    /// Shares of one for all pixels.
     Even,
-    /// Unknown until they are needed; then a pilot determines them.
+    /// Shares that a pilot will determine when they are needed.
     Open,
     /// Share of each pixel, in units of 1/[`ONE`].
     Known(Vec<u16>),
@@ -79,7 +80,8 @@ impl Allocation {
         }
     }
 
-    /// True if this can be the allocation of a render of `pixels` pixels that begins with `blank`.
+    /// Returns true if this allocation is valid for a render of `pixels` pixels that begins with
+    /// `blank`.
     pub(super) fn fits(&self, blank: &Allocation, pixels: usize) -> bool {
         let sound = |share| (LEAST..=LARGEST).contains(share);
         let fits = match &self.shares {
@@ -89,7 +91,7 @@ impl Allocation {
         fits && self.agrees(blank)
     }
 
-    /// True if both can belong to parts of one render.
+    /// Returns true if both allocations can belong to parts of one render.
     pub(super) fn agrees(&self, other: &Allocation) -> bool {
         self.unit == other.unit
             && match (&self.shares, &other.shares) {
@@ -100,15 +102,15 @@ impl Allocation {
             }
     }
 
-    /// Copies the shares of an allocation that agrees, if this one has none.
+    /// Copies the shares of `other`, an allocation of the same render, if `self` has none.
     pub(super) fn learn(&mut self, other: &Allocation) {
         if self.shares == Shares::Open {
             self.clone_from(other);
         }
     }
 
-    /// Number of samples of the image, from number `at` on, that can be taken before shares are
-    /// needed.
+    /// Returns the number of samples of the image, from number `at` on, that can be taken before
+    /// shares are needed.
     pub(super) fn ready(&self, at: u64) -> u64 {
         match self.shares {
             Shares::Open => (self.from() * self.unit).saturating_sub(at),
@@ -116,13 +118,13 @@ impl Allocation {
         }
     }
 
-    /// Number of the first unit with shares.
+    /// Returns the number of the first unit with shares.
     fn from(&self) -> u64 {
         ADAPTIVE_FROM.div_ceil(self.unit)
     }
 
-    /// Numbers of the samples of a pixel that belong to a sample of the image. If `sample` is the
-    /// first one of a replicate, each of them is the first one of a replicate.
+    /// Returns the numbers of the samples of a pixel that belong to a sample of the image. If
+    /// `sample` is the first one of a replicate, each of them is the first one of a replicate.
     pub(super) fn samples(&self, pixel: usize, sample: u64) -> impl Iterator<Item = u64> + use<> {
         let (unit, place) = (sample / self.unit, sample % self.unit);
         let units = match &self.shares {
@@ -138,7 +140,7 @@ impl Allocation {
         units.map(move |unit| unit * size + place)
     }
 
-    /// Number of units that a pixel has taken before a unit of the image.
+    /// Returns the number of units that a pixel has taken before a unit of the image.
     fn taken(&self, unit: u64, share: u64) -> u64 {
         let shared = unit.saturating_sub(self.from());
         let one = u64::from(ONE);
@@ -228,7 +230,7 @@ fn pilot(light: &LightSamples, pixel: usize, unit: u64, ws: &mut Workspace) -> P
     let (mut sum, mut squares) = (Spectrum::ZERO, 0.0);
     for i in 0..PILOT {
         // Place each sample in its own replicate, because samples of one replicate are not
-        // independent, and at instants all over a period.
+        // independent. Distribute the samples over the instants of a period.
         let sample = first + unit * i + instants * i / PILOT;
         light.take_pixel(pixel, sample, ws, &mut found);
         let values = found.drain(..).map(|c| c.weighted());
@@ -243,8 +245,8 @@ fn pilot(light: &LightSamples, pixel: usize, unit: u64, ws: &mut Workspace) -> P
     }
 }
 
-/// Returns the shares of pixels, row by row in `width` columns: in proportion to √(v/c) within
-/// limits, and one on average.
+/// Returns the share of each pixel, row by row in `width` columns. Shares are in proportion to
+/// √(v/c) within limits, and one on average.
 fn shares(forecasts: &[PixelForecast], width: usize) -> Vec<u16> {
     let variances = forecasts.iter().map(|o| f64::from(o.variance));
     let mean = (variances.sum::<f64>() / forecasts.len() as f64) as f32;
@@ -311,8 +313,8 @@ mod tests {
     }
 
     /// All samples of the image below a number map to the first samples of each pixel, each exactly
-    /// once. Their number is the pixel's share of the samples after the common ones, in whole
-    /// units.
+    /// once. The number of a pixel's samples is its share times the samples after the common
+    /// samples, in whole units.
     #[test]
     fn pixels_take_their_first_samples_once() {
         for unit in [1, 3, 8, 24] {

@@ -133,7 +133,7 @@ fn values_of_cells(
     all
 }
 
-/// The values of a group of channels.
+/// Returns the values of a group of channels.
 fn spectrum(values: &[f64], group: usize) -> Spectrum {
     let first = group * Spectrum::CHANNELS;
     Spectrum(std::array::from_fn(|channel| {

@@ -1,8 +1,8 @@
 //! Images whose bias is known to second order.
 //!
 //! A sample V of a pixel comes with an estimate B of its bias, from the same photons. V − B is then
-//! unbiased up to higher orders. Let V̄ and B̄ be the means over samples. The error of the image is
-//! at most |B̄| + z·(standard error of V − B), with the probability that belongs to z
+//! unbiased up to higher orders. Let V̄ and B̄ be the means over samples. With a probability that
+//! depends on z, the error of the image is at most |B̄| + z·(standard error of V − B)
 //! (docs/theory.md#bias-of-photon-maps).
 
 use crate::Spectrum;
@@ -29,32 +29,32 @@ impl Debiased {
         }
     }
 
-    /// Estimate of the bias of the mean over the image and its channels.
+    /// Returns an estimate of the bias of the mean over the image and its channels.
     pub fn bias(&self, image: &Film) -> f64 {
         image.summary().0 - self.film.summary().0
     }
 
-    /// Error of the mean over the image and its channels: the magnitude of its bias plus the
-    /// standard error without it.
+    /// Returns the error of the mean over the image and its channels: the magnitude of its bias
+    /// plus the standard error without it.
     pub fn error(&self, image: &Film) -> f64 {
         self.bias(image).abs() + self.film.summary().1
     }
 
-    /// Root mean square, over pixels and channels, of the pixels' errors: the magnitude of the bias
-    /// plus the standard error without it.
+    /// Returns the root mean square, over pixels and channels, of the pixels' errors: the magnitude
+    /// of the bias plus the standard error without it.
     pub fn rms_error(&self, image: &Film) -> f64 {
         let errors = self.values(image, |bias, error| bias.abs() + error);
         let sum: f64 = errors.iter().map(|e| e * e).sum();
         (sum / errors.len() as f64).sqrt()
     }
 
-    /// Bias of every pixel, row by row with channels interleaved.
+    /// Returns the bias of every pixel, row by row with channels interleaved.
     pub fn pixel_bias(&self, image: &Film) -> Vec<f32> {
         self.stored(image, |bias, _| bias)
     }
 
-    /// Bound of every pixel's error by noise and bias, in the layout of [`Debiased::pixel_bias`].
-    /// It holds with a probability of at least 95 %.
+    /// Returns a bound of every pixel's error by noise and bias, in the layout of
+    /// [`Debiased::pixel_bias`]. It holds with a probability of at least 95 %.
     pub fn bound(&self, image: &Film) -> Vec<f32> {
         self.stored(image, |bias, error| bias.abs() + DEVIATIONS * error)
     }

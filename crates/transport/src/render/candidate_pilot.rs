@@ -12,10 +12,10 @@ use std::ops::{AddAssign, Range};
 
 /// First number of the pilot's samples, beyond the numbers of renders and of other pilots.
 const FIRST: u64 = 3 << 62;
-/// Maximum number of samples of a replicate that are taken together. More than eight would leave
+/// Maximum number of samples of a replicate that count as one sample. More than eight would leave
 /// few pairs.
 const TOGETHER: u64 = 8;
-/// Tasks of a pilot: enough to keep threads busy.
+/// Number of tasks of a pilot: enough to keep threads busy.
 const TASKS: usize = 32;
 /// Tiles along either side of the image.
 const SIDE: usize = 32;
@@ -29,7 +29,8 @@ const PRIOR: f64 = 32.0;
 const DARK: f64 = 0.05;
 /// Lower bound of variances in the weights, relative to the square of the brightest mean.
 const SURE: f64 = 1e-6;
-/// Number of standard errors beyond which light that other candidates see counts as missing.
+/// Number of standard errors by which other candidates must be brighter for light to count as
+/// missing.
 const MISSING: f64 = 3.0;
 
 /// Sums over the samples of a tile, or of a cell of several tiles. Values are summed over channels.
@@ -214,7 +215,7 @@ struct CellEstimate {
     samples: f64,
 }
 
-/// Number of samples of a replicate that are taken together.
+/// Returns the number of samples of a replicate that are taken together.
 fn together(light: &LightSamples) -> u64 {
     light.source.replicates.size().min(TOGETHER)
 }
@@ -223,7 +224,7 @@ fn brightness(value: Spectrum) -> f64 {
     finite(value, &mut 0).sum()
 }
 
-/// Sum of the contributions to the pixel of their own sample.
+/// Returns the sum of the contributions to the pixel of their own sample.
 fn own(found: &[Contribution]) -> f64 {
     found
         .iter()
@@ -284,9 +285,9 @@ fn pooled_brightness(estimates: &[CellEstimate], whole: &[CellEstimate]) -> f64 
     if weights > 0.0 { sum / weights } else { 0.0 }
 }
 
-/// Returns the relative variance that is due to light which a candidate has hardly seen and others
-/// have. If the candidate finds this light, then in fewer than one of its n samples. A part Δ of
-/// the image's brightness then has a variance of at least nΔ².
+/// Returns the relative variance caused by light that other candidates found and this candidate
+/// hardly found. The candidate finds this light in fewer than one of its n samples, if at all. A
+/// part Δ of the image's brightness then has a variance of at least nΔ².
 fn missing(whole: &[CellEstimate], mean: f64) -> Vec<f64> {
     let bound = |sign: f64| {
         move |estimate: &CellEstimate| {
@@ -302,7 +303,7 @@ fn missing(whole: &[CellEstimate], mean: f64) -> Vec<f64> {
     missed.collect()
 }
 
-/// Number of pixels in each tile.
+/// Returns the number of pixels in each tile.
 fn pixels_of_tiles(film: &FilmSpec) -> Vec<f64> {
     let count = |size: usize| {
         let mut counts = [0.0; SIDE];

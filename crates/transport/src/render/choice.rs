@@ -2,8 +2,8 @@
 //!
 //! A pilot takes samples of each candidate that are not part of the image. They give the relative
 //! variance of a pixel's sample and the work of a sample. The candidate with the least product of
-//! both is chosen. The choice depends only on the pilot's samples, which are independent of the
-//! image's samples, so it does not bias the image (docs/theory.md#choice-of-the-estimator).
+//! both is chosen. The choice does not bias the image, because the pilot's samples are independent
+//! of the image's samples (docs/theory.md#choice-of-the-estimator).
 //!
 //! Work is counted, not timed. Equal scenes, seeds and limits lead to equal choices on any machine
 //! and in all parts of a render.
@@ -15,10 +15,11 @@ use crate::integrator::Integrator;
 use crate::renderer::Renderer;
 use crate::scene::{FilmSpec, NO_SCENE, Scene};
 
-/// Maximum work of all candidates together, some two seconds of one processor, in the unit of
-/// [`Stats::cost`](crate::stats::Stats::cost).
+/// Maximum work of all candidates together, in the unit of
+/// [`Stats::cost`](crate::stats::Stats::cost): about two seconds on one CPU core.
 const MOST_WORK: f64 = 3e7;
-/// Approximate work per second of one processor.
+/// Approximate work per second on one CPU core, in the unit of
+/// [`Stats::cost`](crate::stats::Stats::cost).
 const WORK_PER_SECOND: f64 = 1.5e7;
 /// Fraction of the work or the time of a render that the pilot may take.
 const SHARE: f64 = 0.1;
@@ -26,15 +27,16 @@ const SHARE: f64 = 0.1;
 const FIRST_PAIRS: usize = 4;
 /// Maximum number of pairs of one candidate.
 const MOST_PAIRS: usize = 1 << 17;
-/// Minimum number of pairs of a candidate. Fewer pairs tell nothing.
+/// Minimum number of pairs of a candidate. Variances from fewer pairs are too uncertain.
 const LEAST_PAIRS: usize = 16;
-/// Assumed work of a sample as long as it is unknown.
+/// Assumed work of a sample until the pilot has measured it.
 const USUAL_WORK: f64 = 100.0;
 /// Fraction of a candidate's pilot that its preparation may take before the first sample.
 const PREPARATION: f64 = 0.3;
 /// Relative variance below which differences are due to rounding.
 const NOISELESS: f64 = 1e-12;
-/// Factor by which another candidate must be better than the first, because pilots err.
+/// Factor on the inefficiency of the first candidate. Another candidate must be better by this
+/// factor to be chosen, because the inefficiencies have errors.
 const BETTER: f64 = 0.9;
 
 /// Limits of a render, from which the work of its pilot follows.
@@ -61,12 +63,12 @@ pub struct Candidate {
 }
 
 impl Candidate {
-    /// True if all samples are equal up to rounding.
+    /// Returns true if all samples are equal up to rounding.
     pub fn is_noiseless(&self) -> bool {
         self.relative_variance <= NOISELESS
     }
 
-    /// Relative variance × work; lower is better.
+    /// Returns the relative variance × work; lower is better.
     pub fn inefficiency(&self) -> f64 {
         self.relative_variance * self.work
     }
@@ -97,8 +99,8 @@ pub struct Choice {
 }
 
 impl Choice {
-    /// Returns each other candidate with its inefficiency relative to the chosen one: how many
-    /// times more work it takes for the same error.
+    /// Returns each other candidate with its inefficiency relative to the chosen candidate: the
+    /// ratio of the work that both take to reach one error.
     pub fn gains(&self) -> impl Iterator<Item = (Integrator, f64)> {
         let is_chosen = |c: &&Candidate| c.integrator == self.integrator;
         let chosen = self.candidates.iter().find(is_chosen);
@@ -107,8 +109,8 @@ impl Choice {
         others.map(move |other| (other.integrator, other.inefficiency() / chosen))
     }
 
-    /// Samples per pixel of `scenes` that one typical processor takes in `seconds`; `None` if no
-    /// pilot measured the work of a sample.
+    /// Returns the number of samples per pixel of `scenes` that one typical CPU core takes in
+    /// `seconds`. Returns `None` if no pilot measured the work of a sample.
     pub fn expected_samples(&self, scenes: &[Scene], seconds: f64) -> Option<f64> {
         let is_chosen = |c: &&Candidate| c.integrator == self.integrator;
         let work = self.candidates.iter().find(is_chosen)?.work;

@@ -75,7 +75,7 @@ impl Films {
         }
     }
 
-    /// True if a picture of this scene with these options has such films.
+    /// Returns true if a picture of this scene with these options has such films.
     pub(super) fn fits(&self, scene: &Scene, options: &RenderOptions) -> bool {
         // Compare bits, so that an error of NaN equals itself.
         let bits = |target: Target| (target.error.to_bits(), target.measure);
@@ -88,7 +88,7 @@ impl Films {
             && self.has(&Shapes::of(scene, options))
     }
 
-    /// True if the films have these shapes.
+    /// Returns true if the films have these shapes.
     fn has(&self, shapes: &Shapes) -> bool {
         let fits = |film: Option<&Film>, shape: Option<FilmShape>| match (film, shape) {
             (Some(film), Some(shape)) => film.fits(&shape),

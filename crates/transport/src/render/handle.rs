@@ -5,8 +5,8 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// Time that a pass under way may still take after a request to end. Most passes complete within
-/// it, and nothing is lost.
+/// Time that the current pass may still take after a request to end. Most passes complete within
+/// this time, so that no samples are lost.
 pub const GRACE: Duration = Duration::from_millis(600);
 
 /// State that a render or a measurement shares with threads that watch it.
@@ -18,9 +18,9 @@ pub struct Handle {
 }
 
 impl Handle {
-    /// Samples of pixels, or particles, taken so far in all groups of channels together. Adaptive
-    /// renders count every pixel with the mean number. The count grows while a pass is under way,
-    /// and does not decrease if the pass is aborted.
+    /// Returns the samples of pixels, or particles, taken so far in all groups of channels
+    /// together. Adaptive renders count every pixel with the mean number. The count grows during a
+    /// pass, and does not decrease if the pass is aborted.
     pub fn samples(&self) -> u64 {
         self.samples.load(Ordering::Relaxed)
     }
@@ -29,16 +29,16 @@ impl Handle {
         self.samples.fetch_add(samples, Ordering::Relaxed);
     }
 
-    /// Requests the end of the render; to be called repeatedly. The render ends after the pass
-    /// under way. A call at least [`GRACE`] after the first call aborts the pass, whose samples
-    /// then do not count.
+    /// Requests the end of the render; to be called repeatedly. The render ends after the current
+    /// pass. A call at least [`GRACE`] after the first call aborts the pass and discards its
+    /// samples.
     pub fn ask_to_end(&self) {
         if self.asked.get_or_init(Instant::now).elapsed() >= GRACE {
             self.stop.raise();
         }
     }
 
-    /// True if the end was requested.
+    /// Returns true if the end was requested.
     pub fn is_asked(&self) -> bool {
         self.asked.get().is_some()
     }
@@ -48,12 +48,12 @@ impl Handle {
         self.stop.raise();
     }
 
-    /// True if the render was ended within a pass.
+    /// Returns true if the render was ended within a pass.
     pub fn is_given_up(&self) -> bool {
         self.stop.is_raised()
     }
 
-    /// Flag that work under way checks.
+    /// Returns the flag that running work checks.
     pub(super) fn stop(&self) -> &Stop {
         &self.stop
     }

@@ -104,8 +104,8 @@ impl MeasureState {
         Ok(Accumulator::empty(scenes.len(), readings))
     }
 
-    /// True if this is the state of a measurement of these scenes with these meters. Its particles
-    /// do not matter.
+    /// Returns true if this can be the state of a measurement of these scenes with these meters,
+    /// with any particles.
     pub fn fits(&self, scenes: &[Scene], meters: &[Meter]) -> bool {
         let groups = groups(scenes, meters, u32::MAX, 0).unwrap_or_default();
         let slots = groups.iter().map(|g| g.setup.slots());
@@ -325,7 +325,7 @@ impl Group<'_> {
     }
 }
 
-/// True if both have records of the same meters with equal layouts.
+/// Returns true if both have records of the same meters with equal layouts.
 fn same_records(records: &[Vec<Option<Records>>], others: &[Vec<Option<Records>>]) -> bool {
     let alike = |(a, b): (&Option<Records>, &Option<Records>)| match (a, b) {
         (None, None) => true,

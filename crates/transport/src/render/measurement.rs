@@ -33,7 +33,7 @@ impl MeasureOptions {
     /// Maximum number of particles.
     pub const MOST: u64 = Self::UNIT * ReproducibleSum::MOST;
 
-    /// Range of the particles' numbers.
+    /// Returns the range of the particles' numbers.
     pub fn range(&self) -> Range<u64> {
         let whole = |n: u64| n.min(Self::MOST).next_multiple_of(Self::UNIT);
         whole(self.first)..whole(self.first.saturating_add(self.particles))

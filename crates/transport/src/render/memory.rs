@@ -10,16 +10,17 @@ use crate::path::{LightPath, PathVertex};
 use crate::photons::Photon;
 use crate::scene::{FilmSpec, Scene};
 
-/// Bytes of scores that a pass may keep until it is complete, if it has more than one sample:
-/// enough to keep all threads busy for a while, and little beside the program's other memory.
+/// Maximum number of bytes of scores that a pass of more than one sample keeps until it is
+/// complete. This is enough to keep all threads busy for a while, and little compared with the
+/// program's other memory.
 const SCORES: usize = 1 << 25;
 /// Assumed number of layers that a sample reaches. The true number depends on the scene.
 const REACHED_LAYERS: usize = 8;
 
-/// Maximum number of bytes that a render takes: its films, its data about pixels, and the scores
-/// that wait until a pass is complete. Not included: photon maps, long light subpaths, and samples
-/// that reach many layers. Writing films to files takes additional memory, but not at the same
-/// time.
+/// Returns the maximum number of bytes that a render takes: its films, its data about pixels, and
+/// the scores that wait until a pass is complete. Not included: photon maps, long light subpaths,
+/// and samples that reach many layers. Writing films to files takes additional memory, but not at
+/// the same time.
 pub fn memory(scene: &Scene, options: &RenderOptions) -> usize {
     let (pixels, per_unit) = (pixels(scene), scores(scene, options));
     let units = samples_of_pass(scene, options).min(options.samples) / unit(scene, options);
@@ -37,13 +38,13 @@ pub fn memory(scene: &Scene, options: &RenderOptions) -> usize {
         .saturating_add(waiting)
 }
 
-/// Maximum number of samples of a pass: whole replicates at all instants of a period.
+/// Returns the maximum number of samples of a pass: whole replicates at all instants of a period.
 pub(super) fn samples_of_pass(scene: &Scene, options: &RenderOptions) -> u64 {
     let units = SCORES / scores(scene, options).max(1);
     unit(scene, options).saturating_mul(units.max(1) as u64)
 }
 
-/// Number of samples that are taken together.
+/// Returns the number of samples that are taken together.
 fn unit(scene: &Scene, options: &RenderOptions) -> u64 {
     scene.whole_periods(1, options.replicates())
 }
@@ -53,12 +54,12 @@ fn pixels(scene: &Scene) -> usize {
     film.width.saturating_mul(film.height)
 }
 
-/// Number of parts of each layer that wait with its light.
+/// Returns the number of parts of each layer that wait with its light.
 fn parts(options: &RenderOptions) -> usize {
     options.decomposition.parts.map_or(0, |parts| parts.count())
 }
 
-/// Bytes of the scores of all pixels for the samples that are taken together.
+/// Returns the bytes of the scores of all pixels for the samples that are taken together.
 fn scores(scene: &Scene, options: &RenderOptions) -> usize {
     let size = options.replicates().size() as usize;
     let replicates = unit(scene, options) as usize / size;
@@ -76,23 +77,23 @@ fn scores(scene: &Scene, options: &RenderOptions) -> usize {
         .saturating_mul(replicates)
 }
 
-/// Number of groups of channels.
+/// Returns the number of groups of channels.
 fn groups(spec: &FilmSpec, options: &RenderOptions) -> usize {
     let channels = options.renderer.channels(spec.channels);
     channels.div_ceil(options.renderer.group_size(spec.group_size))
 }
 
-/// Number of films without known bias, 0 or 1.
+/// Returns the number of films without known bias, 0 or 1.
 fn debiased(options: &RenderOptions) -> usize {
     usize::from(options.renderer.integrator().is_some_and(Integrator::blurs))
 }
 
-/// Bytes per pixel of a film whose channels are in `groups` groups.
+/// Returns the bytes per pixel of a film whose channels are in `groups` groups.
 fn film(channels: usize, groups: usize) -> usize {
     bytes_of_pixel(channels) + (groups - 1) * bytes_of_pixel(0)
 }
 
-/// Bytes per pixel that last for the whole render.
+/// Returns the bytes per pixel that last for the whole render.
 fn kept(spec: &FilmSpec, options: &RenderOptions) -> usize {
     let channels = options.renderer.channels(spec.channels);
     let film_of_light = film(channels, groups(spec, options));
@@ -119,13 +120,13 @@ fn kept(spec: &FilmSpec, options: &RenderOptions) -> usize {
         .saturating_add(outliers + shares + quantities)
 }
 
-/// True if samples contribute to several pixels.
+/// Returns true if samples contribute to several pixels.
 fn spreads(spec: &FilmSpec, options: &RenderOptions) -> bool {
     options.renderer.splats() || options.cells(spec).overlap()
 }
 
-/// Bytes per pixel of a sample that contributes to several pixels, in addition to the scores that
-/// it becomes: values of cells, its layers, its bias, and one sample of a replicate.
+/// Returns the bytes per pixel of a sample that contributes to several pixels, in addition to the
+/// scores that it becomes: values of cells, its layers, its bias, and one sample of a replicate.
 fn pending(spec: &FilmSpec, options: &RenderOptions) -> usize {
     if spreads(spec, options) {
         let of_replicate = usize::from(options.replicates().size() > 1);
@@ -140,7 +141,7 @@ fn pending(spec: &FilmSpec, options: &RenderOptions) -> usize {
 /// Assumed number of vertices of a light subpath. The true number depends on the scene.
 const VERTICES: usize = 3;
 
-/// Bytes per pixel of light subpaths that all pixels share.
+/// Returns the bytes per pixel of light subpaths that all pixels share.
 fn light_paths(options: &RenderOptions) -> usize {
     let integrator = options.renderer.integrator();
     if integrator.is_some_and(Integrator::shares_light_paths) {
@@ -158,7 +159,7 @@ fn layers(options: &RenderOptions) -> usize {
     }
 }
 
-/// Number of films of strategies, weighted and unweighted.
+/// Returns the number of films of strategies, weighted and unweighted.
 fn films_of_strategies(options: &RenderOptions) -> usize {
     if options.strategies {
         2 * options.renderer.integrator().map_or(0, strategies)
@@ -167,7 +168,7 @@ fn films_of_strategies(options: &RenderOptions) -> usize {
     }
 }
 
-/// Number of strategies that an estimator may use.
+/// Returns the number of strategies that an estimator may use.
 fn strategies(integrator: &Integrator) -> usize {
     let most = MOST_VERTICES;
     let (max_depth, _) = integrator.depths();

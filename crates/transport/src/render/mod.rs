@@ -85,9 +85,10 @@ pub struct RenderOptions {
     /// Kind of replicates into which samples of a pixel are grouped, if the estimator [supports
     /// it](Integrator::replicates).
     pub replicates: Replicates,
-    /// True if rays may be less accurate than the scene's tolerance, where a pilot finds that the
-    /// effect on the image is small beside its noise: see [`RayAccuracy`]. Ignored for estimators
-    /// with photon maps, for layers by length, and for renders with a target error.
+    /// True if rays may be less accurate than the scene's tolerance. A pilot then chooses an
+    /// accuracy with an effect on the image that is small compared with the noise: see
+    /// [`RayAccuracy`]. Ignored for estimators with photon maps, for layers by length, and for
+    /// renders with a target error.
     pub loosens_tolerance: bool,
     /// True if the render also makes an image of each strategy of a bidirectional estimator.
     pub strategies: bool,
@@ -129,12 +130,12 @@ impl RenderOptions {
         }
     }
 
-    /// Kind of replicates that the estimator uses.
+    /// Returns the kind of replicates that the estimator uses.
     fn replicates(&self) -> Replicates {
         self.renderer.replicates(self.replicates)
     }
 
-    /// True if a pilot may choose rays that are less accurate than the scene's tolerance.
+    /// Returns true if a pilot may choose rays that are less accurate than the scene's tolerance.
     pub fn may_loosen(&self) -> bool {
         let is_plain = matches!(
             self.renderer,
@@ -144,15 +145,15 @@ impl RenderOptions {
         self.loosens_tolerance && is_plain && !is_exact
     }
 
-    /// True if noisy pixels receive more samples.
+    /// Returns true if noisy pixels receive more samples.
     fn shares_out(&self) -> bool {
         self.adaptive
             && !self.reweight
             && matches!(self.renderer, Renderer::Light(Integrator::Path(_)))
     }
 
-    /// Cells in which samples of a film are taken. Pixels with different numbers of samples are
-    /// independent.
+    /// Returns the cells in which samples of a film are taken. Pixels with different numbers of
+    /// samples are independent.
     fn cells(&self, film: &FilmSpec) -> Cells {
         if self.shares_out() {
             Cells::apart(film)
@@ -161,7 +162,7 @@ impl RenderOptions {
         }
     }
 
-    /// Numbers of the samples of each pixel.
+    /// Returns the numbers of the samples of each pixel.
     pub fn range(&self) -> Range<u64> {
         let end = self
             .first
@@ -216,7 +217,7 @@ pub struct Rendering {
 }
 
 impl Rendering {
-    /// Measured error, relative to the image's mean; infinite as long as it is unknown.
+    /// Returns the measured error, relative to the image's mean; infinite as long as it is unknown.
     pub fn error(&self, measure: Measure) -> f64 {
         measure.error(&self.film, self.debiased.as_ref())
     }
@@ -270,8 +271,8 @@ pub fn render_watched(
     state.into_rendering(scenes)
 }
 
-/// Runs the pilots of every group. `work` limits the work of each, if it is less than usual. The
-/// results are worthless if the handle has stopped the pilots.
+/// Runs the pilots of every group. `work` limits the work of each pilot, if it is below the
+/// default. The results have no meaning if the handle has stopped the pilots.
 fn prepare(
     scenes: &[Scene],
     options: &RenderOptions,
@@ -309,7 +310,7 @@ fn prepare(
     groups.collect()
 }
 
-/// Derives the seed of a group of channels, so that each group has an address space of its own.
+/// Derives the seed of a group of channels. Groups have different random numbers.
 fn seed_of_group(seed: u64, group: usize) -> u64 {
     seed.wrapping_add((group as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15))
 }

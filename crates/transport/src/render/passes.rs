@@ -31,7 +31,7 @@ impl Passes {
         }
     }
 
-    /// Number of the first sample of the next pass, if there is one.
+    /// Returns the number of the first sample of the next pass, if there is one.
     pub(super) fn at(&self) -> Option<u64> {
         self.gaps.last().map(|gap| gap.start)
     }
@@ -62,7 +62,7 @@ impl Passes {
     }
 }
 
-/// Number of samples for the next pass after a pass of `samples` that took `elapsed`.
+/// Returns the number of samples for the next pass after a pass of `samples` that took `elapsed`.
 fn longer_or_shorter(samples: u64, elapsed: Duration) -> u64 {
     if 2 * elapsed <= PASS {
         samples.saturating_mul(2)

@@ -30,7 +30,7 @@ struct Taken {
     layers: Vec<(usize, Spectrum)>,
 }
 
-/// Radius of the first photon map of a source.
+/// Returns the radius of the first photon map of a source.
 pub(super) fn first_radius(source: &Source, mapping: &PhotonMapping) -> f64 {
     let automatic = || map(source, mapping, PILOT).found.first_radius(source.scene);
     mapping.radius.unwrap_or_else(automatic)

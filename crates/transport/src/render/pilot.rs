@@ -18,17 +18,19 @@ const PIXELS: usize = 256;
 /// Lowest probability of a search where branches cannot be ruled out. Without any search the image
 /// would be biased.
 const LEAST: f64 = 1.0 / 16.0;
-/// Largest work of a pilot's sample for which forced collisions are tried, some 15 µs. More work is
-/// mostly due to connections along bent rays. More vertices need more connections, and trials would
-/// delay a render's start.
+/// Largest work of a pilot's sample for which forced collisions are tried, in the unit of
+/// [`Stats::cost`](crate::stats::Stats::cost): about 15 µs. More work is mostly caused by
+/// connections along bent rays. More vertices would need more connections, and the comparison would
+/// delay the start of the render.
 const DEAR: f64 = 220.0;
 /// Number of first edges with forced collisions. Later edges gain little.
 const FORCED: u32 = 3;
 /// Maximum number of rounds that compare samples with and without a technique.
 const ROUNDS: u64 = 3;
-/// Factor between the efficiencies at which the comparison ends early.
+/// Ratio of the two efficiencies at which the comparison ends early.
 const CLEAR: f64 = 1.5;
-/// Factor by which forced collisions must be better, because few samples may mislead.
+/// Ratio by which forced collisions must be more efficient to be used. The efficiencies are
+/// uncertain, because the pilot has few samples.
 const FORCED_PAYS: f64 = 1.1;
 
 /// Runs the pilot. Returns the probability of a search for further branches: the fraction of
@@ -95,7 +97,7 @@ impl PilotResult {
     }
 
     /// Returns the pilot with forced first collisions if it is clearly more efficient, else `self`.
-    /// Its variance × work must be less both with less weight for bright pixels and with equal
+    /// Its variance × work must be smaller with less weight for bright pixels, and also with equal
     /// weights.
     fn or_forced(self, light: &LightSamples) -> Self {
         let first_vertex = FirstVertexTechniques {
@@ -103,8 +105,8 @@ impl PilotResult {
             ..self.prepared.first_vertex
         };
         let other = PilotResult::new(light, true, first_vertex);
-        // Weigh pixels by the samples of both pilots, not by the compared ones: a sample with a low
-        // weight because it is bright would hide its own variance.
+        // Weigh pixels by the samples of both pilots, not by the samples that are compared. A
+        // bright sample has a low weight, which would hide the variance that the sample causes.
         let weights = weights(&[&self.pairs, &other.pairs]);
         let mut sums = [Tried::default(); 2];
         let mut gains = [1.0; 2];
@@ -155,7 +157,7 @@ impl Tried {
         }
     }
 
-    /// Variance × work.
+    /// Returns the variance × work.
     fn product(&self, kind: usize) -> f64 {
         self.scatter[kind] * self.work
     }
@@ -185,7 +187,7 @@ impl Pilot {
         Pilot { pairs, ws }
     }
 
-    /// Sum of the squared differences between the two samples of each pixel, weighted.
+    /// Returns the sum of the squared differences between the two samples of each pixel, weighted.
     fn scatter(&self, weights: &[f64]) -> f64 {
         let pairs = self.pairs.iter().zip(weights);
         pairs.map(|([a, b], weight)| weight * (a - b).powi(2)).sum()

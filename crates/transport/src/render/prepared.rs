@@ -37,7 +37,7 @@ impl Prepared {
         }
     }
 
-    /// Lowest accuracy of rays in all groups.
+    /// Returns the lowest accuracy of rays in all groups.
     pub(super) fn least_accuracy(groups: &[Prepared], scene: &Scene) -> RayAccuracy {
         let least = |a: RayAccuracy, b: RayAccuracy| RayAccuracy {
             tolerance: a.tolerance.max(b.tolerance),
@@ -47,7 +47,7 @@ impl Prepared {
         all.fold(RayAccuracy::of(scene), least)
     }
 
-    /// First-vertex techniques that any of the groups uses.
+    /// Returns the first-vertex techniques that any of the groups uses.
     pub(super) fn first_vertex_of_any(groups: &[Prepared]) -> FirstVertexTechniques {
         let all = || groups.iter().map(|p| p.first_vertex);
         FirstVertexTechniques {
@@ -76,7 +76,7 @@ impl RayAccuracy {
         }
     }
 
-    /// Effect in standard errors of a pixel of `samples` samples.
+    /// Returns the effect in standard errors of a pixel of `samples` samples.
     pub fn effect_beside_noise(&self, samples: u64) -> f64 {
         self.effect * (samples as f64).sqrt()
     }

@@ -28,7 +28,7 @@ impl TryFrom<Vec<Range<u64>>> for Ranges {
 }
 
 impl Ranges {
-    /// Number of samples in the set.
+    /// Returns the number of samples in the set.
     pub fn count(&self) -> u64 {
         self.0.iter().map(|r| r.end - r.start).sum()
     }
@@ -51,7 +51,7 @@ impl Ranges {
         self.0.splice(first..end, [joined]);
     }
 
-    /// First range of numbers that both sets contain.
+    /// Returns the first range of numbers that both sets contain.
     pub fn overlap(&self, other: &Ranges) -> Option<Range<u64>> {
         let common = |a: Range<u64>| {
             let within = other

@@ -72,7 +72,8 @@ fn with_paths<T>(
     source.with_light_paths(sample, bounds, source.cells.count(), follow)
 }
 
-/// Bidirectional path tracing with the settings of vertex connection and merging, without merging.
+/// Returns bidirectional path tracing with the settings of vertex connection and merging, without
+/// merging.
 pub(super) fn connecting(vcm: &Vcm) -> Bdpt {
     Bdpt {
         max_depth: vcm.max_depth,

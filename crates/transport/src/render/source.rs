@@ -12,7 +12,8 @@ use crate::sensor::SensorRay;
 use crate::stop::Stop;
 use eikonal::Tolerance;
 
-/// Default work after which a pilot takes no more samples: some three seconds.
+/// Default work after which a pilot takes no more samples, in the unit of
+/// [`Stats::cost`](crate::stats::Stats::cost): about three seconds on one CPU core.
 const PILOT_WORK: f64 = 5e7;
 
 /// Number of the sample whose light subpaths determine the radius, beyond the numbers of all
@@ -28,7 +29,7 @@ pub(super) struct Source<'a> {
     pub group: usize,
     pub prepared: Prepared,
     pub handle: &'a Handle,
-    /// Flag that aborts the pass under way.
+    /// Flag that aborts the current pass.
     pub stop: Stop,
     /// Work after which a pilot takes no more samples, in the unit of
     /// [`Stats::cost`](crate::stats::Stats::cost).
@@ -75,7 +76,7 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// Number of channels in use.
+    /// Returns the number of channels in use.
     pub(super) fn channels(&self) -> usize {
         self.scene.film().channels_of(self.group)
     }
@@ -104,7 +105,7 @@ impl<'a> Source<'a> {
         ws
     }
 
-    /// True if the pass under way is aborted; its results are then worthless.
+    /// Returns true if the current pass is aborted. Its results then have no meaning.
     pub(crate) fn is_stopped(&self) -> bool {
         self.stop.is_raised()
     }
@@ -115,7 +116,7 @@ impl<'a> Source<'a> {
         self.cells.point(sampler.next_2d_for(Purpose::Direction)).0
     }
 
-    /// Footprint of a sample in the film's first cell.
+    /// Returns the footprint of a sample in the film's first cell.
     pub(super) fn footprint(&self, sample: u64) -> Footprint {
         let point = if self.cells.overlap() {
             self.common_point(sample)
@@ -171,13 +172,13 @@ impl<'a> Source<'a> {
         })
     }
 
-    /// True if light on a path with these facts belongs to the image.
+    /// Returns true if light on a path with these facts belongs to the image.
     pub(super) fn shows(&self, path: &PathFacts) -> bool {
         !(self.hides_emitters && path.bounces == 0)
     }
 
-    /// Random numbers of a sample of a cell. Numbers beyond the cells are for subpaths that cells
-    /// share.
+    /// Returns the random numbers of a sample of a cell. Numbers beyond the cells are for subpaths
+    /// that cells share.
     pub(super) fn sampler(&self, cell: u64, sample: u64) -> Sampler {
         Sampler::in_replicates(self.replicates, [self.seed, cell, sample])
     }

@@ -1,9 +1,9 @@
 //! Estimators whose samples contribute to several pixels.
 //!
-//! One sample of every cell of the film together make one sample of the whole image. Contributions
-//! to a pixel are added up first. Then each pixel takes its sum as one sample, or as one sample of a
-//! replicate. The samples of a pixel, or its replicates, are therefore independent of one another,
-//! and the variance of their mean is known as for any other estimator. The sums of one sample are
+//! One sample of the whole image consists of one sample of every cell of the film. Contributions to
+//! a pixel are added up first. Then each pixel takes its sum as one sample, or as one sample of a
+//! replicate. The samples of a pixel, or its replicates, are therefore independent of one another.
+//! The variance of their mean is estimated as for any other estimator. The sums of one sample are
 //! formed in the order of cells and paths, independent of threads: equal seeds give equal bits.
 //!
 //! Theory: docs/theory.md#film.
@@ -31,9 +31,9 @@ const TASKS_PER_THREAD: usize = 1 << 7;
 /// Assumed number of contributions to a cell's sample. The true number depends on the scene.
 const CONTRIBUTIONS: usize = 32;
 
-/// Bytes of the contributions that are kept until they are added up, for a film of `pixels` pixels
-/// and contributions of `parts` parts; only of the sums of cells if contributions are not kept one
-/// by one.
+/// Returns the bytes of the contributions that are kept until they are added up. The film has
+/// `pixels` pixels, and each contribution has `parts` parts. If contributions are not kept one by
+/// one, the result is the bytes of the sums of cells.
 pub(super) fn waiting(pixels: usize, parts: usize, keeps: bool) -> usize {
     let pixels = pixels.min(tasks_of_block() * CELLS_PER_TASK);
     let parts = parts * size_of::<(usize, FoundPart)>();
@@ -41,7 +41,7 @@ pub(super) fn waiting(pixels: usize, parts: usize, keeps: bool) -> usize {
     pixels * (size_of::<Spectrum>() + if keeps { contributions } else { 0 })
 }
 
-/// Number of tasks whose contributions are kept at the same time.
+/// Returns the number of tasks whose contributions are kept at the same time.
 fn tasks_of_block() -> usize {
     TASKS_PER_THREAD * rayon::current_num_threads()
 }
@@ -49,7 +49,7 @@ fn tasks_of_block() -> usize {
 /// Results of one sample of a few neighbouring cells.
 #[derive(Default)]
 struct SplatSamples {
-    /// Light of each cell that counts at the point of its sensor ray on the film.
+    /// Light that each cell contributes at the point of its sensor ray on the film.
     own: Vec<Spectrum>,
     /// Part of this light that is bias, if the integrator has a known bias.
     bias: Vec<Spectrum>,
@@ -72,7 +72,7 @@ pub(super) struct ImageFilms<'a> {
 /// Sample of the whole image, or a replicate of samples, for one group of channels.
 pub(super) struct ImageScores {
     pub image: Scores,
-    /// Single samples of the image without its known bias, if there is such an image.
+    /// Single samples of the image without its known bias, if the estimator has a known bias.
     pub debiased: Vec<Vec<Spectrum>>,
     pub strategies: StrategyScores,
 }
@@ -206,7 +206,7 @@ struct Assembly<'a> {
     blurs: bool,
     /// True if samples are sorted by brightness.
     sorts: bool,
-    /// True if images of strategies are wanted.
+    /// True if samples are also added to images of strategies.
     told_apart: bool,
     /// Footprint of the current sample.
     footprint: Footprint,
@@ -257,13 +257,13 @@ impl<'a> Assembly<'a> {
         }
     }
 
-    /// Number of pixels of the film.
+    /// Returns the number of pixels of the film.
     fn pixels(&self) -> usize {
         let film = self.source.scene.film();
         film.width * film.height
     }
 
-    /// Weight of a sample in its replicate: a power of two, so that products are exact.
+    /// Returns the weight of a sample in its replicate: a power of two, so that products are exact.
     fn share(&self) -> f64 {
         1.0 / self.source.replicates.size() as f64
     }
@@ -376,18 +376,18 @@ pub(super) fn spread(
 }
 
 /// Rounds a number to 44 binary digits (T. J. Dekker, "A floating-point technique for extending the
-/// available precision", 1971). Weights that add up to one but for rounding then leave an even
-/// image exactly even.
+/// available precision", 1971). Weights add up to one, except for rounding. An even image then
+/// stays exactly even.
 fn rounded(x: f64) -> f64 {
     let split = x * (f64::from(1 << 9) + 1.0);
     split - (split - x)
 }
 
-/// Results of cells that are wanted in addition to their sums.
+/// Results of cells that callers need in addition to the sums.
 struct Wanted {
     /// Decomposition of light into layers and parts.
     decomposition: Decomposition,
-    /// True if contributions without positions on the image are wanted one by one.
+    /// True if contributions without positions on the image are returned one by one.
     keeps_own: bool,
 }
 
@@ -462,14 +462,14 @@ pub(super) enum Place {
 }
 
 impl Place {
-    /// Position of a contribution to the sample of a cell: see [`Contribution::image`].
+    /// Returns the position of a contribution to the sample of a cell: see [`Contribution::image`].
     pub(super) fn of(cell: usize, image: Option<[f64; 2]>) -> Self {
         image.map_or(Place::Cell(cell), Place::Image)
     }
 }
 
-/// Calls `count` with each pixel to which a contribution counts, and with its factor there;
-/// `footprint` is the footprint of the sample.
+/// Calls `count` with each pixel that receives a part of a contribution, and with the factor of
+/// this pixel. `footprint` is the footprint of the sample.
 pub(super) fn splat(
     source: &Source,
     footprint: &Footprint,
@@ -482,8 +482,8 @@ pub(super) fn splat(
     }
 }
 
-/// Calls `count` with each pixel around a point of the sensor's image to which light counts, and
-/// with its factor there.
+/// Calls `count` with each pixel that receives light at a point of the sensor's image, and with the
+/// factor of this pixel.
 pub(super) fn splat_image(source: &Source, image: [f64; 2], mut count: impl FnMut(usize, f64)) {
     let spec = source.scene.film();
     // A pixel's filter per unit of the image's area is the filter per pixel times the number of

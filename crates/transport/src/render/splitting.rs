@@ -18,8 +18,8 @@ const PIXELS: usize = 1024;
 /// First number of the samples, beyond the numbers of the other pilots.
 const FIRST_SPLIT: u64 = FIRST + (1 << 40);
 
-/// True if splitting reduces variance × work, both with less weight for bright pixels and with
-/// equal weights.
+/// Returns true if splitting reduces variance × work, both with less weight for bright pixels and
+/// with equal weights.
 pub(super) fn pays(light: &LightSamples, prepared: &Prepared) -> bool {
     let mut prepared = prepared.clone();
     prepared.first_vertex.splitting = true;
@@ -113,7 +113,8 @@ impl SplitPath {
         self.values.iter().sum()
     }
 
-    /// Variance that the random choice of one branch adds: A²/(1 − F) + B²/F − (A + B)².
+    /// Returns the variance that the random choice of one branch adds: A²/(1 − F) + B²/F − (A +
+    /// B)².
     fn chance(&self) -> f64 {
         if self.reflectance == 0.0 {
             return 0.0;
@@ -122,7 +123,7 @@ impl SplitPath {
         (odds * self.values[0] - self.values[1] / odds).powi(2)
     }
 
-    /// Mean work of a path that takes one branch.
+    /// Returns the mean work of a path that takes one branch.
     fn work_of_one(&self) -> f64 {
         (1.0 - self.reflectance) * self.work[0] + self.reflectance * self.work[1]
     }

@@ -49,13 +49,13 @@ impl State {
         Accumulator::empty(scenes.len(), Films::new(first, options))
     }
 
-    /// Image so far.
+    /// Returns the image so far.
     pub fn film(&self) -> &Film {
         &self.sums.film
     }
 
-    /// True if this is the state of a render of these scenes with these options. Its samples do not
-    /// matter.
+    /// Returns true if this can be the state of a render of these scenes with these options, with
+    /// any samples.
     ///
     /// # Panics
     /// Panics like [`State::new`].
@@ -64,7 +64,7 @@ impl State {
         self.has_groups(scenes.len()) && self.sums.fits(first, options)
     }
 
-    /// True if the render has a target, and its error is small enough.
+    /// Returns true if the render has a target, and its error is small enough.
     pub fn reached(&self) -> bool {
         self.sums.watch.as_ref().is_some_and(Watch::is_over)
     }
@@ -100,8 +100,8 @@ impl State {
             sources: sources.collect(),
             most: memory::samples_of_pass(&scenes[0], options),
         };
-        // The part with a replicate's first sample takes the whole replicate, so that parts have
-        // whole replicates, too.
+        // The part that contains a replicate's first sample takes the whole replicate. Parts then
+        // also consist of whole replicates.
         let range = options.range();
         let range = replicates.whole(range.start)..replicates.whole(range.end);
         let total = range.end - range.start;
@@ -168,7 +168,7 @@ impl Sampling for RenderPasses<'_> {
     type Sums = Films;
     type Found = FoundByGroup;
 
-    /// Computes the shares of the pixels before the first sample that needs them.
+    /// Computes the sampling share of each pixel before the first sample that needs it.
     fn prepare_pass(
         &self,
         state: &mut State,

@@ -31,7 +31,7 @@ pub struct StrategyImage {
 type Strategy = (u32, u32);
 
 /// Films of all strategies that have found light, weighted and unweighted. The render counts the
-/// samples: a strategy without an entry has found nothing in them.
+/// samples. A strategy without an entry found no light in these samples.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Strategies {
     films: BTreeMap<Strategy, [Film; 2]>,

@@ -157,7 +157,7 @@ fn find(
     })
 }
 
-/// Cell of a pixel.
+/// Returns the cell of a pixel.
 fn cell_of(light: &LightSamples, pixel: usize) -> usize {
     tile_of(pixel, light.source.scene.film(), SIDE)
 }

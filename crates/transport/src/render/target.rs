@@ -1,10 +1,10 @@
 //! End of a render at a target error.
 //!
 //! The error is examined after fixed numbers of samples, independent of passes and threads. A
-//! render that stops therefore equals a render of that number of samples. Measured errors may be
-//! too small by chance. Therefore the first examination is not early, two consecutive ones must
-//! agree, and [unreliable](Film::few_in_all) errors do not count. A small bias of the mean remains:
-//! renders stop slightly too early when bright samples happen to be missing
+//! render that stops therefore equals a render of that number of samples. Random fluctuations may
+//! make measured errors too small. Therefore the first examination is not early, two consecutive
+//! examinations must agree, and [unreliable](Film::few_in_all) errors are ignored. A small bias of
+//! the mean remains: renders stop slightly too early when bright samples happen to be missing
 //! (docs/theory.md#stopping).
 
 use super::Debiased;
@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 const FIRST: u64 = 32;
 /// Factor between the sample numbers of consecutive examinations.
 const GROWTH: f64 = 1.25;
-/// Number of consecutive examinations that must find the error small enough.
+/// Number of consecutive examinations with an error below the target that end the render.
 const AGREEING: u32 = 2;
 
 /// Target error of a render.
@@ -43,13 +43,13 @@ impl Measure {
     /// Names for command lines, in the order of the variants.
     pub const NAMES: [&'static str; 2] = ["image", "pixel"];
 
-    /// Name, one of [`Measure::NAMES`].
+    /// Returns the name, one of [`Measure::NAMES`].
     pub fn name(self) -> &'static str {
         Measure::NAMES[self as usize]
     }
 
-    /// Error of a film relative to its mean, including the bias if there is any; infinite as long
-    /// as it is unknown.
+    /// Returns the error of a film relative to its mean, including the bias if there is any;
+    /// infinite as long as it is unknown.
     pub fn error(self, film: &Film, debiased: Option<&Debiased>) -> f64 {
         let (mean, error) = film.summary();
         let error = match (self, debiased) {
@@ -82,12 +82,12 @@ impl Watch {
         }
     }
 
-    /// Samples per pixel at the next examination.
+    /// Returns the samples per pixel at the next examination.
     pub(super) fn next(&self) -> u64 {
         self.next
     }
 
-    /// Target of the render.
+    /// Returns the target of the render.
     pub(super) fn target(&self) -> Target {
         self.target
     }
@@ -103,7 +103,7 @@ impl Watch {
         self.met = if is_met { self.met + 1 } else { 0 };
     }
 
-    /// True if the render should stop.
+    /// Returns true if the render should stop.
     pub(super) fn is_over(&self) -> bool {
         self.met >= AGREEING
     }

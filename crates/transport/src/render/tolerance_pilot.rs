@@ -17,15 +17,15 @@ use eikonal::{Solver, Tolerance};
 
 /// Tolerances that are tried, the loosest first.
 const LOOSER: [f64; 2] = [1e-4, 1e-5];
-/// Number of samples of a pixel whose noise the effect is compared with.
+/// Number of samples per pixel in the noise with which the effect is compared.
 const SAMPLES: f64 = 1024.0;
 /// Largest allowed effect, as a fraction of this noise.
 const SHARE: f64 = 0.1;
-/// Largest allowed effect, as a fraction of a pixel's brightness, where there is less noise.
+/// Largest allowed effect, as a fraction of a pixel's brightness, for pixels with less noise.
 const VISIBLE: f64 = 1e-4;
 /// Pixels of the pilot, spread over the image. Each has two samples.
 const PIXELS: usize = 256;
-/// Minimum number of pixels. Fewer pixels tell nothing.
+/// Minimum number of pixels. Effects from fewer pixels are too uncertain.
 const LEAST_PIXELS: usize = 64;
 /// First number of the pilot's samples, beyond the numbers of renders and of other pilots of these
 /// pixels.
@@ -144,7 +144,7 @@ impl Tile {
         self.brightness / self.samples
     }
 
-    /// Mean difference in standard deviations, where `mean` is the image's mean.
+    /// Returns the mean difference in standard deviations, where `mean` is the image's mean.
     fn effect(&self, mean: f64) -> f64 {
         let difference = self.difference / self.samples;
         let visible = VISIBLE / SHARE * self.mean().max(mean);
@@ -157,8 +157,8 @@ impl Tile {
     }
 }
 
-/// Absolute difference of two samples with equal random numbers: contribution by contribution, if
-/// their numbers are equal.
+/// Returns the absolute difference of two samples with equal random numbers: contribution by
+/// contribution, if their numbers are equal.
 fn difference(a: &Found, b: &Found) -> f64 {
     if a.len() == b.len() {
         let pairs = a.iter().zip(b);
@@ -170,7 +170,7 @@ fn difference(a: &Found, b: &Found) -> f64 {
     (sum(a) - sum(b)).abs()
 }
 
-/// Sum of the contributions to the pixel of their own sample.
+/// Returns the sum of the contributions to the pixel of their own sample.
 fn own(found: &Found) -> f64 {
     let own = found.iter().filter(|c| c.image.is_none());
     own.map(brightness).sum()

@@ -37,8 +37,8 @@ impl Bending {
 /// for. It allows several bounces inside a tank.
 pub(super) const REACH: f64 = 20.0;
 /// Largest number of total reflections of the branches that are searched for. Inside a glass ball,
-/// infinitely many branches run along the surface between two points; each is harder to find than
-/// the one before.
+/// infinitely many branches run along the surface between two points. Each additional reflection
+/// makes them harder to find.
 pub const TOTAL_REFLECTIONS: u32 = 3;
 
 pub(super) fn guides(scene: &Scene) -> Vec<Option<Guide<MediumId>>> {
@@ -61,10 +61,10 @@ pub(super) fn guides(scene: &Scene) -> Vec<Option<Guide<MediumId>>> {
 }
 
 impl Scene {
-    /// True if two points, each given with its medium, are known to have at most one connecting
-    /// ray. Either all rays are straight, or both points are in the only medium that bends rays.
-    /// This medium must be [certified](eikonal::Uniqueness) and convex, so that no ray that leaves
-    /// it returns.
+    /// Returns true if two points, each given with its medium, are known to have at most one
+    /// connecting ray. Either all rays are straight, or both points are in the only medium that
+    /// bends rays. This medium must be [certified](eikonal::Uniqueness) and convex, so that no ray
+    /// that leaves it returns.
     pub fn is_unique(&self, x: DVec3, medium: MediumId, y: DVec3, other: MediumId) -> bool {
         match self.bending {
             Bending::None => true,
@@ -77,8 +77,8 @@ impl Scene {
         }
     }
 
-    /// True if two points are known to have at most one connecting ray without reflections where
-    /// refraction is possible. Only one ball may bend rays, and the points must lie in it.
+    /// Returns true if two points are known to have at most one connecting ray without reflections
+    /// where refraction is possible. Only one ball may bend rays, and the points must lie in it.
     pub(crate) fn is_unique_in_ball(&self, ends: [DVec3; 2]) -> bool {
         let known = |ball: &BendingBall| ball.is_unique(ends, |x| self.n(ball.interior, x));
         self.bending_ball().is_some_and(known)

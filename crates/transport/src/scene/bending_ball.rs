@@ -1,4 +1,4 @@
-//! The ball that alone bends rays in some scenes, by its smooth surface or the field inside.
+//! Scenes in which a single ball bends rays, by its smooth surface or the field inside.
 //!
 //! Theory: docs/theory.md#through-a-ball, docs/theory.md#through-a-lens,
 //! docs/theory.md#certificate.
@@ -19,8 +19,8 @@ const ROUND: f64 = 1e-9;
 /// rays.
 const ALIKE: f64 = 1e-2;
 
-/// A ball that alone bends rays in a scene, by its smooth surface or the field inside. The
-/// surroundings have constant index.
+/// Ball that is the only part of a scene that bends rays, by its smooth surface or the field
+/// inside. The surroundings have constant index.
 #[derive(Clone, Debug)]
 pub(crate) struct BendingBall {
     /// The ball, with the index at its surface.
@@ -47,12 +47,12 @@ impl BendingBall {
         self.indices[1] * p.distance(to)
     }
 
-    /// True if all of the ball lies in front of a plane.
+    /// Returns true if all of the ball lies in front of a plane.
     pub(crate) fn is_before(&self, through: DVec3, direction: DVec3) -> bool {
         (self.ball.center - through).dot(direction) > self.ball.radius
     }
 
-    /// True if the straight segment between two points misses the ball.
+    /// Returns true if the straight segment between two points misses the ball.
     pub(crate) fn is_missed(&self, [x, y]: [DVec3; 2]) -> bool {
         let (way, arm) = (y - x, self.ball.center - x);
         let share = (arm.dot(way) / way.length_squared()).clamp(0.0, 1.0);
@@ -69,8 +69,8 @@ impl BendingBall {
         }
     }
 
-    /// True if it is known that no ray between two points is reflected totally, and that at most
-    /// one ray within the ball joins them. `n` is the index as a function of position.
+    /// Returns true if it is known that no ray between two points is reflected totally, and that at
+    /// most one ray within the ball joins them. `n` is the index as a function of position.
     pub(crate) fn is_unique(&self, ends: [DVec3; 2], n: impl Fn(DVec3) -> f64) -> bool {
         let off = ends.map(|p| p.distance(self.ball.center));
         let lets_out = |i: usize| n(ends[i]) * off[i] <= self.lets_out;
@@ -81,9 +81,9 @@ impl BendingBall {
     }
 }
 
-/// Returns the ball that alone bends rays, if there is one. Media around it must be constant. There
-/// is one smooth interface, with one medium on either side, or none, and the index is continuous.
-/// `overlapping` is true for each object that has others near it.
+/// Returns the only part of the scene that bends rays, if it is a ball and the media around it are
+/// constant. Either its surface is the only smooth interface, or there is no smooth interface and
+/// the index is continuous. `overlapping` is true for each object with other objects near it.
 pub(super) fn bending_ball(
     parts: &Parts,
     overlapping: &[bool],

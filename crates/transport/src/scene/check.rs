@@ -50,8 +50,8 @@ pub struct SceneProblem {
 }
 
 impl SceneProblem {
-    /// True if another problem concerns the same part and has the same solution, so that at most
-    /// the numbers in the messages differ.
+    /// Returns true if another problem concerns the same part and has the same solution, so that at
+    /// most the numbers in the messages differ.
     pub(super) fn has_cause_of(&self, other: &SceneProblem) -> bool {
         (self.subject, &self.help) == (other.subject, &other.help)
     }

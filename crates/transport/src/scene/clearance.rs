@@ -42,7 +42,7 @@ pub(super) struct ClearLayers {
 }
 
 impl Clearance {
-    /// Makes the bounds over a box, where they save time.
+    /// Makes the bounds over a box in which they save time.
     pub(super) fn of(parts: &Parts, within: &Aabb) -> Self {
         let voxels = || parts.partitions.iter().filter(|p| p.voxels.is_some());
         let is_face = |i: usize| voxels().any(|p| p.objects.contains(&i));
@@ -63,8 +63,8 @@ impl Clearance {
         layers.map_or(Clearance::Unknown, Clearance::Layers)
     }
 
-    /// True if a straight line from `x` in a unit direction is known to meet no surface over a
-    /// length.
+    /// Returns true if a straight line from `x` in a unit direction is known to meet no surface
+    /// over a length.
     #[inline]
     pub(super) fn is_free(&self, x: DVec3, direction: DVec3, length: f64) -> bool {
         match self {

@@ -1,11 +1,11 @@
 //! Coincident surfaces. The surface that a ray meets first never depends on the order of objects.
 //!
 //! A *sheet* is an object with one medium on both sides: a meter's surface, a screen, an area
-//! light. A sheet on the face of a body, or on another sheet, is moved off that surface by about
-//! 1e-11 of the extent of the scene. Rays then meet both. A sheet is moved to the outside of a
-//! body, or to the side of the other sheet's normal. Coincident faces of bodies stay in place. Rays
-//! meet one of them, in the order of [`precedence`](super::index::precedence), and enter the medium
-//! beyond all of them.
+//! light. If a sheet lies on the face of a body, or on another sheet, it is moved off this surface
+//! by about 1e-11 of the extent of the scene. Rays then meet both. A sheet is moved to the outside
+//! of a body, or to the side of the other sheet's normal. Coincident faces of bodies stay in place.
+//! Rays meet one of them, in the order of [`precedence`](super::index::precedence), and enter the
+//! medium beyond all of them.
 
 use super::index::{Index, sort_by_precedence};
 use super::parts::{Object, Parts};
@@ -29,7 +29,7 @@ const POINTS: usize = 64;
 pub(super) struct Separation {
     /// Indices of sheets, each with a distance along its normals.
     moves: Vec<(usize, f64)>,
-    /// Largest number of sheets that lie on one another on a surface.
+    /// Largest number of sheets that lie on one another.
     pub layers: usize,
 }
 
@@ -252,7 +252,7 @@ impl Boxes {
         Boxes { boxes, tree }
     }
 
-    /// True if an object comes near one of the boxes.
+    /// Returns true if an object lies near one of the boxes.
     fn are_near(&self, object: &Object) -> bool {
         let own = object.shape.aabb();
         self.tree

@@ -15,8 +15,7 @@ impl Scene {
         self.containment().medium_at(x)
     }
 
-    /// True if an opaque body takes the place of a medium at a point. No ray reaches the point,
-    /// whatever the index.
+    /// Returns true if an opaque body displaces a medium at a point. No ray reaches the point then.
     pub fn is_displaced(&self, id: MediumId, x: DVec3) -> bool {
         self.containment().is_displaced(id, x)
     }
@@ -50,7 +49,7 @@ impl Scene {
         }
     }
 
-    /// True if the normals of a closed object point inwards.
+    /// Returns true if the normals of a closed object point inwards.
     pub(super) fn is_inverted(&self, object: usize) -> bool {
         let shape = &self.objects()[object].shape;
         shape.is_closed() && shape.has_flipped_normals()
@@ -77,7 +76,8 @@ pub struct Bodies {
 }
 
 impl Bodies {
-    /// Finds the closed shapes among objects, some of which divide volumes into several media.
+    /// Finds the closed shapes among objects, and the shapes of partitions, which divide volumes
+    /// into several media.
     pub fn new(objects: &[Object], partitions: &[Partition]) -> Self {
         let mut partition = vec![None; objects.len()];
         for (i, p) in partitions.iter().enumerate() {
@@ -137,7 +137,7 @@ impl Containment<'_> {
             .map_or(AMBIENT, |body| body.medium)
     }
 
-    /// True if an opaque body takes the place of a medium at a point.
+    /// Returns true if an opaque body displaces a medium at a point.
     pub(super) fn is_displaced(&self, id: MediumId, x: DVec3) -> bool {
         self.bodies.any_near(&Aabb::new(x, x), |i| {
             let object = &self.objects[i];
@@ -231,8 +231,9 @@ struct Body<'a> {
     number: usize,
 }
 
-/// Returns for each object true if it is closed or divides a volume, separates media, and comes
-/// near another object that does. Surfaces of one partition do not count for each other.
+/// Returns for each object true if it is closed or divides a volume, separates media, and lies near
+/// another object with these properties. Surfaces of one partition are not compared with each
+/// other.
 pub(super) fn overlapping(
     Containment {
         objects, bodies, ..

@@ -33,13 +33,13 @@ impl Scene {
         self.lights.classes()
     }
 
-    /// True if randomly scattered paths can hit an emitter.
+    /// Returns true if randomly scattered paths can hit an emitter.
     pub(crate) fn emitters_can_be_met(&self) -> bool {
         self.classes()
             .any(|class| matches!(class, Class::Area | Class::Sky))
     }
 
-    /// True if some emitter of a class is an image.
+    /// Returns true if some emitter of a class is an image.
     pub(crate) fn has_image(&self, class: Class) -> bool {
         self.lights.has_image(class)
     }
@@ -119,14 +119,14 @@ impl Scene {
         }
     }
 
-    /// True if a medium is at a point.
+    /// Returns true if a medium is at a point.
     fn fills(&self, id: MediumId, x: DVec3) -> bool {
         self.medium_at(x) == id && !self.is_displaced(id, x)
     }
 
-    /// Returns the emitter that covers a surface, the radiance that leaves it in `direction`, and
-    /// the density per unit area with which connections choose the point. Returns `None` if no
-    /// light leaves.
+    /// Returns the emitter that covers a surface, the radiance that leaves the surface in
+    /// `direction`, and the density per unit area with which connections choose the point. Returns
+    /// `None` if no light leaves.
     pub(crate) fn emitted(
         &self,
         on: &OnSurface,

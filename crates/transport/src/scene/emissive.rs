@@ -36,7 +36,7 @@ impl Parts {
         self
     }
 
-    /// True if one of the emitters is the light of a medium.
+    /// Returns true if one of the emitters is the light of a medium.
     pub(super) fn has_emitter(&self, id: MediumId) -> bool {
         let is = |e: &Emitter| matches!(e, Emitter::Volume(v) if v.medium() == Some(id));
         self.emitters.iter().any(is)

@@ -160,7 +160,7 @@ impl<'a> Body<'a> {
         }
     }
 
-    /// True if this body certainly has no volume in common with another body.
+    /// Returns true if this body certainly has no volume in common with another body.
     fn is_apart(&self, other: &Body) -> bool {
         let common = self.aabb.max.min(other.aabb.max) - self.aabb.min.max(other.aabb.min);
         let hair = ROUNDING * self.aabb.diagonal().min(other.aabb.diagonal());
@@ -169,7 +169,7 @@ impl<'a> Body<'a> {
             || balls.is_some_and(|((a, r), (b, s))| a.distance(b) >= (r + s) * (1.0 - ROUNDING))
     }
 
-    /// True if this body certainly contains all of another, smaller body, up to rounding.
+    /// Returns true if this body certainly contains all of another, smaller body, up to rounding.
     fn holds(&self, other: &Body) -> bool {
         let Some(shape) = self.shape.filter(|shape| shape.is_convex()) else {
             return false;
@@ -287,7 +287,7 @@ fn grid_range(parts: &Parts, id: MediumId, grid: &VolumeGrid) -> Option<[DVec3; 
     is_filled(id, grid.to_world(), range, &bodies).then_some(range)
 }
 
-/// True if all of a box, given in a grid's coordinates, is in one medium.
+/// Returns true if all of a box, given in a grid's coordinates, is in one medium.
 fn is_filled(id: MediumId, to_world: DAffine3, [min, max]: [DVec3; 2], bodies: &[Body]) -> bool {
     let corners = Aabb::new(min, max).corners();
     let filled = Body::of_box(corners.map(|p| to_world.transform_point3(p)));

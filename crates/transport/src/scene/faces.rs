@@ -2,9 +2,9 @@
 //!
 //! A directed emitter or sensor on a face of a body lies outside the body, as in the limit from
 //! outside: its light passes the face. On a face between two bodies that do not contain each other,
-//! it lies behind the face with respect to its direction, as on a sheet that transmits light. On an
-//! opaque sheet it lies in front. A point that radiates in all directions lies on all sides: its
-//! light starts in the medium in its direction.
+//! it lies behind the face with respect to its direction. The result is the same on a sheet that
+//! transmits light. On an opaque sheet it lies in front. A point that radiates in all directions
+//! lies on all sides: its light starts in the medium in its direction.
 
 use super::Scene;
 use super::coincident::{LAYER, TOUCH};
@@ -20,7 +20,7 @@ use smallvec::SmallVec;
 use std::cmp::Ordering;
 use std::sync::Arc;
 
-/// Sine of the angle between normals below which faces count as one.
+/// Sine of the angle between two normals below which faces count as one face.
 const SINE: f64 = 0.05;
 /// Number of points of an aperture at which faces are searched for, besides its centre.
 const APERTURE_POINTS: usize = 64;
@@ -239,12 +239,12 @@ impl Corner {
     }
 }
 
-/// True if an object is opaque and does not separate media.
+/// Returns true if an object is opaque and does not separate media.
 fn blocks(object: &Object) -> bool {
     object.sides.is_none() && object.bsdf.is_opaque()
 }
 
-/// True if an opaque object contains a point.
+/// Returns true if an opaque object contains a point.
 fn fills(object: &Object, x: DVec3) -> bool {
     object.bsdf.is_opaque() && object.shape.is_closed() && object.shape.contains(x)
 }

@@ -137,7 +137,7 @@ impl Geometry {
     }
 }
 
-/// True if two objects act on rays in the same way, apart from their shapes.
+/// Returns true if two objects act on rays in the same way, apart from their shapes.
 fn is_alike(a: &Object, b: &Object) -> bool {
     let kind = |o: &Object| {
         (

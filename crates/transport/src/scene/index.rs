@@ -103,7 +103,7 @@ impl Index {
             .first(&self.shapes, arc, [from, 1.0], [except, None])
     }
 
-    /// Returns the position of an object in the list, if it is there.
+    /// Returns the position of an object in the list, if the list contains it.
     pub(super) fn place(&self, object: Option<usize>) -> Option<usize> {
         self.places[object?]
     }

@@ -31,7 +31,7 @@ pub(crate) enum Receiver<'a> {
 }
 
 impl Receiver<'_> {
-    /// Returns the response to a light of unit intensity, somewhere in a ball.
+    /// Estimates the response to a light of unit intensity at an unknown position in a ball.
     pub(super) fn near(&self, center: DVec3, radius: f64) -> f64 {
         let Receiver::Segment { from, to } = *self else {
             let chord = center - self.position();

@@ -53,7 +53,7 @@ impl Lights {
         Class::ALL.into_iter().filter(present)
     }
 
-    /// True if some emitter of a class is an image.
+    /// Returns true if some emitter of a class is an image.
     pub(super) fn has_image(&self, class: Class) -> bool {
         self.images[class as usize]
     }

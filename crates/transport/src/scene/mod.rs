@@ -210,7 +210,7 @@ impl Scene {
         &self.regions
     }
 
-    /// True if surfaces divide a volume into several media.
+    /// Returns true if surfaces divide a volume into several media.
     pub(crate) fn is_divided(&self) -> bool {
         !self.parts.partitions.is_empty()
     }
@@ -246,12 +246,12 @@ impl Scene {
         &self.reach
     }
 
-    /// True if no ray bends anywhere.
+    /// Returns true if no ray bends anywhere.
     pub fn is_straight(&self) -> bool {
         self.bending == Bending::None
     }
 
-    /// True if no medium attenuates light.
+    /// Returns true if no medium attenuates light.
     pub(crate) fn is_clear(&self) -> bool {
         self.clear
     }
@@ -277,13 +277,13 @@ impl Scene {
         self.medium(medium).index.n(x)
     }
 
-    /// True if paths that leave the scene find no light, and some medium may scatter them before:
-    /// see [`FirstVertexTechniques`](crate::render::FirstVertexTechniques).
+    /// Returns true if paths that leave the scene find no light, and some medium may scatter them
+    /// before: see [`FirstVertexTechniques`](crate::render::FirstVertexTechniques).
     pub fn is_dark(&self) -> bool {
         self.environments().next().is_none() && self.media().iter().any(Medium::scatters)
     }
 
-    /// True if the scene has smooth dielectrics.
+    /// Returns true if the scene has smooth dielectrics.
     pub(crate) fn has_dielectrics(&self) -> bool {
         self.objects()
             .iter()

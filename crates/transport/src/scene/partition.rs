@@ -6,17 +6,17 @@ use eikonal::Aabb;
 use glam::DVec3;
 
 impl Partition {
-    /// Returns true if a straight line in a medium, given by a point and a unit direction, is known
-    /// to meet none of the partition's surfaces over a length. Returns `None` if only a search for
-    /// surfaces can decide.
+    /// Returns true if a straight line in a medium is known to meet none of the partition's
+    /// surfaces over a length. `line` is a point and a unit direction. Returns `None` if only a
+    /// search for surfaces can decide.
     #[inline]
     pub(super) fn is_free(&self, medium: MediumId, line: [DVec3; 2], length: f64) -> Option<bool> {
         let voxels = self.voxels.as_ref()?;
         Some(voxels.holds(medium, line, length))
     }
 
-    /// True if both partitions consist of the same objects and voxels, with one grid of voxels in
-    /// memory.
+    /// Returns true if both partitions consist of the same objects and voxels, with one grid of
+    /// voxels in memory.
     pub(super) fn is_same(&self, other: &Partition) -> bool {
         let voxels = match (&self.voxels, &other.voxels) {
             (None, None) => true,

@@ -33,8 +33,8 @@ pub struct Object {
 }
 
 impl Object {
-    /// True if rays continue deterministically beyond the surface, possibly in another medium.
-    /// Connections pass such surfaces.
+    /// Returns true if rays continue deterministically beyond the surface, possibly in another
+    /// medium. Connections pass such surfaces.
     pub(crate) fn is_interface(&self) -> bool {
         match self.bsdf {
             Bsdf::Null | Bsdf::Dielectric(_) => true,

@@ -56,7 +56,7 @@ impl Scene {
         Ok(scene)
     }
 
-    /// Number of instants.
+    /// Returns the number of instants.
     pub fn instants(&self) -> usize {
         1 + self.later.len()
     }

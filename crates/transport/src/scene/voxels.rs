@@ -82,7 +82,7 @@ impl VoxelVolumes {
             else {
                 continue;
             };
-            // If other objects come near, the medium around the volume varies.
+            // If other objects lie near the volume, the medium around it varies.
             if volume
                 .objects
                 .clone()
@@ -184,7 +184,7 @@ impl VoxelVolume {
         }
     }
 
-    /// Number of voxels along x, y, z.
+    /// Returns the number of voxels along x, y, z.
     pub(crate) fn size(&self) -> [usize; 3] {
         self.size
     }
@@ -194,12 +194,12 @@ impl VoxelVolume {
         &self.to_world
     }
 
-    /// True if an object is a face of the volume.
+    /// Returns true if an object is a face of the volume.
     pub(crate) fn has_face(&self, object: usize) -> bool {
         self.objects.contains(&object)
     }
 
-    /// True if faces between media refract light, false if light passes straight on.
+    /// Returns true if faces between media refract light, false if light passes straight on.
     pub(crate) fn refracts(&self) -> bool {
         self.refracts
     }
@@ -261,8 +261,8 @@ impl VoxelVolume {
     }
 }
 
-/// Returns true if all faces refract light, false if all transmit it straight on; `None` if they do
-/// anything else.
+/// Returns true if all faces refract light, and false if all transmit it straight on. Returns
+/// `None` for other faces.
 fn refracts(faces: &[Object]) -> Option<bool> {
     let is_bare = faces.iter().all(|face| face.emitter.is_none());
     let clear = |face: &Object| matches!(&face.bsdf, Bsdf::Dielectric(d) if d.is_clear());

@@ -84,9 +84,9 @@ impl Scene {
         first_of(all, arc, [0.0, end], [all.place(left), None])
     }
 
-    /// True if a straight line from `x`, in a medium, in a unit direction is known to meet no
-    /// surface over a length. `within` is a divided volume whose voxel faces the line is known not
-    /// to meet.
+    /// Returns true if a straight line from `x`, in a medium, in a unit direction is known to meet
+    /// no surface over a length. `within` is a divided volume whose voxel faces the line is known
+    /// not to meet.
     #[inline]
     pub(crate) fn is_free(
         &self,
@@ -100,7 +100,7 @@ impl Scene {
             && self.is_clear_of_others(x, direction, length)
     }
 
-    /// True if the line is known to meet no face between voxels.
+    /// Returns true if the line is known to meet no face between voxels.
     fn is_clear_of_voxels(
         &self,
         medium: MediumId,
@@ -120,7 +120,7 @@ impl Scene {
             .get_or_init(|| Matters::of(&self.parts, &self.geometry.matter_grids))
     }
 
-    /// True if the line is known to meet no surface other than faces between voxels.
+    /// Returns true if the line is known to meet no surface other than faces between voxels.
     #[inline]
     fn is_clear_of_others(&self, x: DVec3, direction: DVec3, length: f64) -> bool {
         let clearance = self.clearance.get_or_init(|| {
@@ -144,8 +144,8 @@ impl Scene {
         first_of(interfaces, arc, [0.0, 1.0], [interfaces.place(left), None])
     }
 
-    /// Returns the object, if a straight line that leaves it in a direction, from a point with this
-    /// normal, never meets it again.
+    /// Returns the object if a straight line that leaves it in `direction`, from a point with
+    /// `normal`, never meets it again.
     pub(crate) fn left(&self, object: usize, normal: DVec3, direction: DVec3) -> Option<usize> {
         let shape = &self.objects()[object].shape;
         shape.is_left(normal, direction).then_some(object)
@@ -153,9 +153,9 @@ impl Scene {
 
     /// Returns the transmission of all surfaces within media across a connection; `None` if an
     /// opaque or rough surface blocks it. `arcs` are the arcs of the connection, each with the θ at
-    /// which it ends. Over a length of `slack` before its end, the ray may touch `target`, the
-    /// object on which it ends, because it meets the end only within the solver's tolerance. `left`
-    /// is an object that the first arc does not meet if it is straight.
+    /// which it ends. The ray ends on the object `target`, and meets its end only within the
+    /// solver's tolerance. It may therefore touch `target` over a length of `slack` before the end.
+    /// `left` is an object that the first arc does not meet if it is straight.
     pub fn visibility<'a>(
         &self,
         arcs: impl ExactSizeIterator<Item = (&'a Arc, f64)>,
@@ -186,7 +186,7 @@ impl Scene {
         (all.probability > 0.0).then_some(all)
     }
 
-    /// True if an opaque or rough surface blocks an arc before its end.
+    /// Returns true if an opaque or rough surface blocks an arc before its end.
     fn blocked(&self, arc: &Arc, end: f64, [left, target]: [Option<usize>; 2], slack: f64) -> bool {
         let blockers = &*self.geometry.blockers;
         // A straight line meets a flat surface only where it ends on the surface.
@@ -237,8 +237,8 @@ impl Scene {
         filters
     }
 
-    /// Returns the straight transmission of an object where an arc meets it, unless it transmits
-    /// everything.
+    /// Returns the straight transmission of an object where an arc meets it. Returns `None` for
+    /// objects without [partial transmission](Bsdf::is_partial).
     pub(crate) fn through(
         &self,
         object: usize,
@@ -254,19 +254,19 @@ impl Scene {
         surface.bsdf.through(&surface.shape.site(&hit), cos)
     }
 
-    /// Returns the length beyond which a straight ray that starts inside the scene meets nothing
-    /// more.
+    /// Returns a length beyond which a straight ray from a point inside the scene meets no more
+    /// surfaces.
     pub(crate) fn reach(&self, x: DVec3) -> f64 {
         1.01 * (x.distance(self.around.center) + self.around.radius)
     }
 
-    /// True if an edge has the length at which its extension ends. Otherwise rays that circle in a
-    /// medium would never end.
+    /// Returns true if an edge has the length at which its extension ends. Otherwise rays that
+    /// circle in a medium would never end.
     pub(crate) fn is_long(&self, length: f64) -> bool {
         length > LONG * self.around.radius
     }
 
-    /// True if a point lies beyond everything in the scene.
+    /// Returns true if a point lies outside the ball around the scene, enlarged by one per cent.
     pub(crate) fn is_outside(&self, x: DVec3) -> bool {
         x.distance(self.around.center) > 1.01 * self.around.radius
     }
@@ -280,7 +280,7 @@ fn first_of(index: &Index, arc: &Arc, range: [f64; 2], except: Except) -> Option
     Some((index.objects[i], meeting))
 }
 
-/// True if an intersection with the object on which a connection ends is this end.
+/// Returns true if an intersection with the object on which a connection ends is this end.
 fn is_end(
     arc: &Arc,
     end: f64,

@@ -29,13 +29,13 @@ pub struct Branches {
 pub struct Branch {
     /// Geometry of the ray.
     pub connection: ConnectingRay,
-    /// Points of its curve, from its start to its end.
+    /// Points of the ray, from its start to its end.
     pub points: Vec<DVec3>,
     /// Transmittance of each channel.
     pub transmittance: Vec<f64>,
     /// True if something blocks the ray.
     pub is_occluded: bool,
-    /// True if it is the ray found first, from the default start.
+    /// True if the ray was found first, from the default start.
     pub is_primary: bool,
 }
 

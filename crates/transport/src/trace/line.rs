@@ -57,7 +57,7 @@ impl<'a> Line<'a> {
         }
     }
 
-    /// True if the ray has this length, up to rounding of lengths and of positions.
+    /// Returns true if the ray has this length, up to rounding of lengths and of positions.
     pub(super) fn reaches(&self, length: f64) -> bool {
         let place = self.points.last().map_or(0.0, |point| point.x.length());
         length - self.length <= 1e-12 * length + 4.0 * f64::EPSILON * place
@@ -68,7 +68,7 @@ impl<'a> Line<'a> {
         self.difference.reflect(toward, &mut self.work);
     }
 
-    /// Counter of the work of tracing the ray.
+    /// Returns the counter of the work of tracing the ray.
     pub(super) fn work(&mut self) -> &mut Work {
         &mut self.work
     }

@@ -65,8 +65,8 @@ enum Ends<'a> {
 struct Joined<W> {
     contribution: Contribution,
     way: W,
-    /// Start of the ray at the other end, and the directions in which the connection leaves the
-    /// vertex and that end.
+    /// Start of the ray at the end of the connection, and the directions in which the connection
+    /// leaves the vertex and its end.
     origin: DVec3,
     direction: DVec3,
     emission: DVec3,

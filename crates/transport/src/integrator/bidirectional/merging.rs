@@ -10,9 +10,10 @@ use crate::film::Decomposition;
 use crate::path::{LightPath, PathVertex, Vertex};
 use crate::photons::{Followed, Kernel, LightPaths, PhotonMap, Radii, landed};
 
-/// Number of samples that a photon counts as in MIS weights, relative to a connection; any value is
-/// consistent. The weights assume that each photon is an independent sample that contributes all or
-/// nothing. But a connection varies less than this, and neighbouring pixels share photons.
+/// Factor on the density of merging in MIS weights, for each photon. Any value is consistent. The
+/// weights assume that each photon is an independent sample, as in a connection. A value below one
+/// corrects for two differences: the contribution of a connection varies less than the contribution
+/// of a photon, and neighbouring pixels share photons.
 const WORTH: f64 = 0.03;
 
 /// Light subpaths, with their vertices as photons.
@@ -91,9 +92,9 @@ impl Merging {
     }
 }
 
-/// Weight of merging against other techniques. It is the product of the weight of a photon, the
-/// number of light subpaths, and the area, or volume, within which their vertices count. Zero
-/// without merging.
+/// Factor on the density of merging in MIS weights. It is the product of the factor for a photon,
+/// the number of light subpaths, and the area, or volume, within which their vertices contribute.
+/// It is zero without merging.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct MergeContents {
     surface: f64,

@@ -415,8 +415,8 @@ impl Setting<'_> {
         })
     }
 
-    /// Returns the densities of the vertices from the sensor up to a connected vertex, if the other
-    /// end samples the direction of the connection with density `pdf`.
+    /// Returns the densities of the vertices from the sensor up to a connected vertex. `pdf` is the
+    /// density with which the other end samples the direction of the connection.
     fn joint(&self, vertices: &[PathVertex], connection: &Connection, pdf: f64) -> Vec<Density> {
         let Some((z, before)) = vertices.split_last() else {
             return Vec::new();

@@ -46,23 +46,25 @@ pub(super) enum Technique {
     Merging { t: usize },
 }
 
-/// Weight of a strategy, and the shares of all strategies.
+/// MIS weight of a strategy, and the fractions of the path's density that the kinds of strategies
+/// have.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Weight {
     /// Weight of the strategy.
     pub own: f64,
-    /// Shares of all kinds of strategies if all are used.
+    /// Fractions of the path's density that the kinds of strategies have if all are used.
     pub shares: StrategyShares,
 }
 
-/// Returns the weight of a technique, if strategies are used with the probabilities `rates`. `path`
-/// lists x₁ … x_k.
+/// Returns the MIS weight of a technique. `path` lists x₁ … x_k, and `rates` are the probabilities
+/// with which strategies are used.
 ///
-/// Let p_t be the density of strategy t. The ratio p_{t+1}/p_t is the ratio of the two densities of
-/// x_t times the ratio of the discovery probabilities of the connected edges. A strategy without a
-/// connection, t = k + 1, has discovery probability 1. A strategy with an edge that connections do
-/// not search for has 0 (docs/theory.md#connectable-edges). Merging at x_t has the density of
-/// strategy t, without its discovery probability, times the density of x_t from the sensor and
+/// Let p_t be the density of strategy t. The ratio p_{t+1}/p_t is a product: the ratio of the two
+/// densities of x_t times the ratio of the discovery probabilities of the connected edges. A
+/// strategy without a connection, t = k + 1, has discovery probability 1. A strategy with an edge
+/// that connections do not search for has discovery probability 0
+/// (docs/theory.md#connectable-edges). Merging at x_t has the product of three densities: the
+/// density of strategy t without its discovery probability, the density of x_t from the sensor, and
 /// [`Density::merging`] (docs/theory.md#vertex-merging).
 pub(super) fn weight(
     heuristic: Heuristic,

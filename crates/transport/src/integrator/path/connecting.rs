@@ -36,7 +36,7 @@ impl<L: PathLog> Tracing<'_, L> {
             return;
         }
         let receiver = vertex.receiver(scene);
-        // Edges find the light of volumes, the last class.
+        // Skip volumes, the last class: edges gather their light.
         let connected = scene.classes().filter(|class| *class != Class::Volume);
         for (i, class) in connected.enumerate() {
             // Connect to this class with probability q, a factor of P_E.
@@ -242,7 +242,7 @@ fn along(edge: &Edge) -> Receiver<'static> {
     }
 }
 
-/// Returns the light that a connection to an end brings to the sensor, and the MIS weight of the
+/// Returns the light that a connection to an end carries to the sensor, and the MIS weight of the
 /// connection (docs/theory.md#connection-and-chance).
 fn received(
     scene: &Scene,

@@ -72,7 +72,7 @@ impl Chart {
         }
     }
 
-    /// Length along each axis: no axis, labels, or z, y, x.
+    /// Returns the length along each axis: no axis, labels, or z, y, x.
     pub(super) fn shape(&self) -> Vec<usize> {
         match self {
             Chart::One => Vec::new(),
@@ -119,7 +119,7 @@ impl Chart {
     }
 }
 
-/// Number of the label of a voxel.
+/// Returns the number of the label of a voxel.
 fn label(labels: &LabelGrid, voxel: usize, count: usize) -> usize {
     usize::from(labels.labels()[voxel]).min(count - 1)
 }
@@ -143,7 +143,7 @@ fn along(grid: &VolumeGrid, arc: &Arc, theta: f64, mut see: impl FnMut(usize, f6
     }
 }
 
-/// Smallest value of a texture in the first `channels` channels.
+/// Returns the smallest value of a texture in the first `channels` channels.
 pub(super) fn least(values: &VolumeTexture, channels: usize) -> f64 {
     match values {
         VolumeTexture::Uniform(value) => value.0[..channels]
@@ -154,7 +154,7 @@ pub(super) fn least(values: &VolumeTexture, channels: usize) -> f64 {
     }
 }
 
-/// Largest value of a texture in the first `channels` channels.
+/// Returns the largest value of a texture in the first `channels` channels.
 pub(super) fn largest(values: &VolumeTexture, channels: usize) -> f64 {
     match values {
         VolumeTexture::Uniform(value) => value.0[..channels].iter().copied().fold(0.0, f64::max),

@@ -53,8 +53,8 @@ pub enum RadiometricParameter {
 }
 
 impl RadiometricParameter {
-    /// Length along each axis, without the channel axis. Empty if the scene has no such medium,
-    /// object or emitter.
+    /// Returns the length along each axis, without the channel axis. Empty if the scene has no such
+    /// medium, object or emitter.
     pub fn shape(&self, scene: &Scene) -> Vec<usize> {
         if self.exists(scene).is_err() {
             return Vec::new();
@@ -201,7 +201,7 @@ fn emitting_medium(emitter: &Emitter) -> Option<MediumId> {
     }
 }
 
-/// True if a medium emits.
+/// Returns true if a medium emits.
 fn emits(scene: &Scene, id: MediumId) -> bool {
     let mut media = scene.emitters().iter().filter_map(emitting_medium);
     media.any(|medium| medium == id)
@@ -394,12 +394,12 @@ impl Plan {
         };
     }
 
-    /// Number of channels; their sums are interleaved.
+    /// Returns the number of channels; their sums are interleaved.
     pub(crate) fn channels(&self) -> usize {
         self.channels
     }
 
-    /// Number of sums in a row, including shared ones.
+    /// Returns the number of sums in a row, including shared ones.
     pub(crate) fn stride(&self) -> usize {
         self.stride
     }
@@ -412,7 +412,7 @@ impl Plan {
         (own, shared)
     }
 
-    /// Number of derivatives.
+    /// Returns the number of derivatives.
     pub(crate) fn len(&self) -> usize {
         self.starts.last().copied().unwrap_or(0)
     }

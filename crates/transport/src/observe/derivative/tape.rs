@@ -93,7 +93,7 @@ impl Place {
         Place(factor + 1)
     }
 
-    /// Index of the node; the start has index 0.
+    /// Returns the index of the node; the start has index 0.
     pub(super) fn number(self) -> usize {
         self.0
     }
@@ -348,7 +348,7 @@ fn interface(event: &Event) -> Factor {
     }
 }
 
-/// Index of the span of an edge that contains an arc length.
+/// Returns the index of the span of an edge that contains an arc length.
 fn last_span(edge: &Edge, length: f64) -> usize {
     let last = edge
         .spans

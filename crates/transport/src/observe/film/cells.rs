@@ -3,12 +3,13 @@
 use super::{FilmSpec, Filter, Footprint};
 use crate::sampling::PiecewiseLinear;
 
-/// Cells of a film: its pixels, and a margin as wide as the reconstruction filter reaches. A sample
-/// of the image has one point in each cell.
+/// Cells of a film: its pixels, and a margin as wide as the reconstruction filter. A sample of the
+/// image has one point in each cell.
 ///
-/// The points of one sample have the same place in all cells. Hence each pixel receives the same
-/// weights, which add up to one: an even image stays even. The place has the density of the filters
-/// of all pixels together, so that the mean of all samples of a pixel is the filtered image.
+/// The points of one sample have equal positions within their cells. Each pixel therefore receives
+/// equal weights, which add up to one: an even image stays even. The density of the position is the
+/// sum of the filters of all pixels. The mean of all samples of a pixel is therefore the filtered
+/// image.
 #[derive(Clone, Debug)]
 pub(crate) struct Cells {
     film: [usize; 2],
@@ -17,7 +18,7 @@ pub(crate) struct Cells {
     /// Density of the place in a cell along each axis; `None` if it is uniform.
     places: Option<PiecewiseLinear>,
     filter: Filter,
-    /// True if each sample counts in its own pixel only.
+    /// True if each sample contributes to its own pixel only.
     are_apart: bool,
 }
 
@@ -30,7 +31,7 @@ const NOISE_PLACES: u32 = 32;
 const ROUNDING: f64 = 1e-12;
 
 impl Cells {
-    /// Cells of a film.
+    /// Returns the cells of a film.
     pub(crate) fn of(spec: &FilmSpec) -> Self {
         Cells {
             film: [spec.width, spec.height],
@@ -41,8 +42,8 @@ impl Cells {
         }
     }
 
-    /// Cells of a film whose samples count in their own pixels only. Points have the density of the
-    /// filter around the pixel's centre.
+    /// Returns the cells of a film whose samples contribute to their own pixels only. Points have
+    /// the density of the filter around the pixel's centre.
     pub(crate) fn apart(spec: &FilmSpec) -> Self {
         Cells {
             film: [spec.width, spec.height],
@@ -53,35 +54,35 @@ impl Cells {
         }
     }
 
-    /// Number of cells.
+    /// Returns the number of cells.
     pub(crate) fn count(&self) -> usize {
         self.size().iter().product()
     }
 
-    /// Numbers of cells along both axes.
+    /// Returns the numbers of cells along both axes.
     fn size(&self) -> [usize; 2] {
         self.film.map(|pixels| pixels + 2 * self.margin)
     }
 
-    /// True if samples count in other pixels than their own.
+    /// Returns true if samples contribute to other pixels than their own.
     pub(crate) fn overlap(&self) -> bool {
         self.margin > 0
     }
 
-    /// Column and row of a cell, in pixels from the film's top left one.
+    /// Returns the column and row of a cell, in pixels from the film's top left pixel.
     pub(crate) fn place(&self, cell: usize) -> [i64; 2] {
         let [columns, _] = self.size();
         [cell % columns, cell / columns].map(|i| i as i64 - self.margin as i64)
     }
 
-    /// Number of the cell that is a pixel.
+    /// Returns the number of the cell that is a pixel.
     pub(crate) fn of_pixel(&self, pixel: usize) -> usize {
         let [columns, _] = self.size();
         let [column, row] = [pixel % self.film[0], pixel / self.film[0]];
         (row + self.margin) * columns + column + self.margin
     }
 
-    /// Number of pixels among cells.
+    /// Returns the number of pixels among cells.
     pub(crate) fn pixels_among(&self, cells: std::ops::Range<usize>) -> usize {
         let is_pixel = |cell: &usize| {
             let [column, row] = self.place(*cell);
@@ -109,7 +110,7 @@ impl Cells {
         }
     }
 
-    /// Footprint of a sample at a point of the cell that is the film's first pixel.
+    /// Returns the footprint of a sample at a point of the cell that is the film's first pixel.
     pub(crate) fn footprint(&self, point: [f64; 2]) -> Footprint {
         if self.overlap() {
             Footprint::at(&self.filter, point)
@@ -118,8 +119,8 @@ impl Cells {
         }
     }
 
-    /// Variance of a pixel relative to the variance of the samples of cells, if all cells have equal
-    /// variances: the mean of the sum of squared weights.
+    /// Returns the variance of a pixel relative to the variance of the samples of cells, if all
+    /// cells have equal variances: the mean of the sum of squared weights.
     pub(crate) fn noise(&self) -> f64 {
         let places = (0..NOISE_PLACES).map(|i| (f64::from(i) + 0.5) / f64::from(NOISE_PLACES));
         let of_axis = |place: f64| {
@@ -131,12 +132,12 @@ impl Cells {
         (places.map(of_axis).sum::<f64>() / f64::from(NOISE_PLACES)).powi(2)
     }
 
-    /// True if a sample of a cell counts in any pixel.
+    /// Returns true if a sample of a cell contributes to any pixel.
     pub(crate) fn counts(&self, footprint: &Footprint, cell: usize) -> bool {
         !self.overlap() || footprint.reaches(self.film, self.place(cell))
     }
 
-    /// Calls `count` with each pixel in which a sample of a cell counts, and its weight.
+    /// Calls `count` with each pixel to which a sample of a cell contributes, and its weight.
     pub(crate) fn each_pixel(
         &self,
         footprint: &Footprint,
@@ -146,7 +147,7 @@ impl Cells {
         footprint.each(self.film, self.place(cell), count);
     }
 
-    /// Calls `add` with each cell whose sample counts in a pixel, and its weight.
+    /// Calls `add` with each cell whose sample contributes to a pixel, and its weight.
     pub(crate) fn each_cell(
         &self,
         footprint: &Footprint,
@@ -197,8 +198,8 @@ mod tests {
     /// Points of a cell along an axis.
     const POINTS: usize = 20_000;
 
-    /// Mean over points of the sum of weights times a quantity of the distance from the pixel's
-    /// centre.
+    /// Returns the mean over points of the sum of weights times a quantity of the distance from the
+    /// pixel's centre.
     fn weighted(cells: &Cells, quantity: impl Fn(f64) -> f64) -> f64 {
         let at = |i: usize| {
             let (point, _) = cells.point([(i as f64 + 0.5) / POINTS as f64; 2]);

@@ -108,7 +108,7 @@ impl LightParts {
         }
     }
 
-    /// Number of parts.
+    /// Returns the number of parts.
     pub fn count(&self) -> usize {
         match self {
             LightParts::Stokes => STOKES_PARAMETERS,
@@ -116,7 +116,7 @@ impl LightParts {
         }
     }
 
-    /// True if all values of a part have the same sign.
+    /// Returns true if all values of a part have the same sign.
     pub fn is_of_one_sign(&self, part: usize) -> bool {
         match self {
             LightParts::Stokes => part == 0,
@@ -136,7 +136,7 @@ pub struct LayerAxis {
 }
 
 impl LayerAxis {
-    /// Total number of slots.
+    /// Returns the total number of slots.
     pub fn slots(&self) -> usize {
         self.regular + self.others
     }
@@ -146,7 +146,7 @@ impl Decomposition {
     /// Largest number of bounces that a film separates.
     pub const MOST_BOUNCES: u32 = 1000;
 
-    /// True if the film separates light.
+    /// Returns true if the film separates light.
     pub fn is_some(&self) -> bool {
         *self != Decomposition::default()
     }
@@ -164,7 +164,7 @@ impl Decomposition {
         ]
     }
 
-    /// Number of layers: all combinations of slots. The last axis varies fastest.
+    /// Returns the number of layers: all combinations of slots. The last axis varies fastest.
     pub fn layers(&self) -> usize {
         self.axes().iter().map(LayerAxis::slots).product()
     }
@@ -217,7 +217,7 @@ impl Decomposition {
         }
     }
 
-    /// True if all slots of a layer are regular.
+    /// Returns true if all slots of a layer are regular.
     pub fn is_regular(&self, layer: usize) -> bool {
         let slots = self.slots(layer);
         self.axes().iter().zip(slots).all(|(a, s)| s < a.regular)

@@ -28,7 +28,7 @@ const GAUSSIAN_MASS: f64 = 0.999_936_657_516_333_8;
 
 impl Filter {
     /// Smallest and largest [radius](Filter::radius) of a tent or a Gaussian, in pixels. A sample
-    /// counts in all pixels under the filter, so that the radius bounds the work of a sample.
+    /// contributes to all pixels under the filter, so the radius bounds the work of a sample.
     pub const RADII: [f64; 2] = [0.1, 32.0];
     /// Cut-off of Gaussians, in standard deviations.
     pub(crate) const CUT: f64 = 4.0;
@@ -47,8 +47,8 @@ impl Filter {
         }
     }
 
-    /// Density of [`Filter::sample`], per pixel. It equals the filter, except for filters with
-    /// negative lobes.
+    /// Returns the density of [`Filter::sample`], per pixel. It equals the filter, except for
+    /// filters with negative lobes.
     pub fn pdf(&self, offset: f64) -> f64 {
         match self {
             Filter::Signed(filter) => filter.pdf(offset),
@@ -56,7 +56,7 @@ impl Filter {
         }
     }
 
-    /// Weight of a sample: the filter's value divided by the sample's density.
+    /// Returns the weight of a sample: the filter's value divided by the sample's density.
     pub fn weight(&self, offset: f64) -> f64 {
         match self {
             Filter::Signed(filter) => {
@@ -72,8 +72,8 @@ impl Filter {
         }
     }
 
-    /// Value of the filter, per pixel; zero beyond [`Filter::radius`]. The box includes its lower
-    /// edge only, so that each position belongs to one pixel.
+    /// Returns the value of the filter, per pixel; zero beyond [`Filter::radius`]. The box includes
+    /// its lower edge only, so that each position belongs to one pixel.
     pub fn value(&self, offset: f64) -> f64 {
         let x = offset.abs();
         match *self {
@@ -88,8 +88,8 @@ impl Filter {
         }
     }
 
-    /// Largest distance from the pixel's centre, along either axis, at which the filter is not
-    /// zero, in pixels.
+    /// Returns the largest distance from the pixel's centre, along either axis, at which the filter
+    /// is not zero, in pixels.
     pub fn radius(&self) -> f64 {
         match *self {
             Filter::Box => 0.5,
@@ -100,8 +100,8 @@ impl Filter {
     }
 }
 
-/// Quantile of the standard normal distribution at probability ½ + `q`, for |q| < ½ − 1e-10,
-/// accurate to 1e-15. The rational functions are from M. J. Wichura, "Algorithm AS 241: The
+/// Returns the quantile of the standard normal distribution at probability ½ + `q`, for |q| < ½ −
+/// 1e-10, accurate to 1e-15. The rational functions are from M. J. Wichura, "Algorithm AS 241: The
 /// percentage points of the normal distribution", Appl. Statist. 37, 1988.
 fn normal_quantile(q: f64) -> f64 {
     if q.abs() <= 0.425 {

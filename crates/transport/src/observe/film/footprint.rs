@@ -19,7 +19,8 @@ struct Taps {
     weights: SmallVec<[f64; 8]>,
 }
 
-/// Distance from the film, in pixels, beyond which a point counts in no pixel.
+/// Distance from the film, in pixels, beyond which a point contributes to no pixel. It is far
+/// larger than any film, and keeps the numbers of pixels in the range of `i64`.
 const FAR: f64 = 1e9;
 
 impl Taps {
@@ -45,7 +46,8 @@ impl Taps {
         Taps { first, weights }
     }
 
-    /// Pixels from 0 to below `size` with their weights; `offset` is added to their numbers.
+    /// Returns the pixels from 0 to below `size` with their weights; `offset` is added to their
+    /// numbers.
     fn within(&self, size: usize, offset: i64) -> impl Iterator<Item = (usize, f64)> + Clone + '_ {
         let pixels = self.first + offset..;
         let inside = pixels.zip(&self.weights);
@@ -57,7 +59,7 @@ impl Taps {
 }
 
 impl Footprint {
-    /// Weights at a position in pixels from the film's top left corner.
+    /// Returns the weights at a position in pixels from the film's top left corner.
     pub(crate) fn at(filter: &Filter, [x, y]: [f64; 2]) -> Self {
         Footprint {
             columns: Taps::at(filter, x),
@@ -80,13 +82,13 @@ impl Footprint {
         }
     }
 
-    /// True if a pixel of a film has weight: see [`Footprint::each`].
+    /// Returns true if a pixel of a film has weight: see [`Footprint::each`].
     pub(crate) fn reaches(&self, [width, height]: [usize; 2], [across, down]: [i64; 2]) -> bool {
         let columns = self.columns.within(width, across).next();
         columns.and(self.rows.within(height, down).next()).is_some()
     }
 
-    /// Weights along both axes, each with the pixel of the first weight.
+    /// Returns the weights along both axes, each with the pixel of the first weight.
     pub(crate) fn axes(&self) -> [(i64, &[f64]); 2] {
         [&self.columns, &self.rows].map(|taps| (taps.first, taps.weights.as_slice()))
     }
@@ -97,7 +99,7 @@ mod tests {
     use super::super::SignedFilter;
     use super::*;
 
-    /// `place` in units of the image.
+    /// Returns `place` in units of the image.
     fn pixels(size: [usize; 2], filter: Filter, place: [f64; 2]) -> Vec<(usize, f64)> {
         let mut found = Vec::new();
         let place = [0, 1].map(|axis| place[axis] * size[axis] as f64);

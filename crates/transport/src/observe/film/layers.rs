@@ -37,7 +37,7 @@ impl Layers {
         }
     }
 
-    /// Criteria by which light is separated.
+    /// Returns the criteria by which light is separated.
     pub fn decomposition(&self) -> &Decomposition {
         &self.decomposition
     }
@@ -53,7 +53,8 @@ impl Layers {
         Pixel::of(&group.cells[first..first + group.channels], count)
     }
 
-    /// True if the stored sums have the sizes that `decomposition`, `pixels` and `channels` imply.
+    /// Returns true if the stored sums have the sizes that `decomposition`, `pixels` and `channels`
+    /// imply.
     pub(super) fn fits(
         &self,
         decomposition: Decomposition,

@@ -89,7 +89,7 @@ impl FilmShape {
         self.width * self.height
     }
 
-    /// Number of channels of a group.
+    /// Returns the number of channels of a group.
     fn channels_of(&self, group: usize) -> usize {
         (self.channels - group * self.group_size).min(self.group_size)
     }
@@ -120,23 +120,23 @@ impl Film {
         }
     }
 
-    /// Kind of replicates to which the samples of pixels belong.
+    /// Returns the kind of replicates to which the samples of pixels belong.
     pub fn replicates(&self) -> Replicates {
         self.shape.replicates
     }
 
-    /// Size of the film, and the quantities that it keeps per pixel.
+    /// Returns the size of the film, and the quantities that it keeps per pixel.
     pub(crate) fn shape(&self) -> FilmShape {
         self.shape
     }
 
-    /// True if another film keeps the same quantities for the same number of pixels.
+    /// Returns true if another film keeps the same quantities for the same number of pixels.
     pub fn is_like(&self, other: &Film) -> bool {
         self.fits(&other.shape) && other.fits(&self.shape)
     }
 
-    /// True if the film has this shape, and sums of the sizes that the shape implies. A film that
-    /// was read from a file may violate this.
+    /// Returns true if the film has this shape, and sums of the sizes that the shape implies. A
+    /// film that was read from a file may violate this.
     pub(crate) fn fits(&self, shape: &FilmShape) -> bool {
         let (pixels, channels) = (shape.pixels(), || shape.groups());
         self.shape == *shape
@@ -168,22 +168,22 @@ impl Film {
         }
     }
 
-    /// Width in pixels.
+    /// Returns the width in pixels.
     pub fn width(&self) -> usize {
         self.shape.width
     }
 
-    /// Height in pixels.
+    /// Returns the height in pixels.
     pub fn height(&self) -> usize {
         self.shape.height
     }
 
-    /// Number of spectral channels.
+    /// Returns the number of spectral channels.
     pub fn channels(&self) -> usize {
         self.shape.channels
     }
 
-    /// Number of channel groups.
+    /// Returns the number of channel groups.
     pub fn groups(&self) -> usize {
         self.groups.len()
     }
@@ -223,7 +223,7 @@ impl Film {
         self.layers.as_ref()
     }
 
-    /// Samples of a group by brightness, if the film sorts them.
+    /// Returns the samples of a group by brightness, if the film sorts them.
     pub fn outliers(&self, group: usize) -> Option<&OutlierRejection> {
         Some(&self.outliers.as_ref()?[group])
     }
@@ -246,8 +246,8 @@ impl Film {
         }
     }
 
-    /// Mean of a channel of a pixel, in one layer or in all layers: see [`Film::mean`] and
-    /// [`Film::layer_mean`].
+    /// Returns the mean of a channel of a pixel, in one layer or in all layers: see [`Film::mean`]
+    /// and [`Film::layer_mean`].
     pub fn mean_at(&self, layer: Option<usize>, channel: usize, pixel: usize) -> f32 {
         let (group, offset) = (
             channel / self.shape.group_size,
@@ -256,7 +256,7 @@ impl Film {
         self.pixel(group, pixel, layer).mean_of(offset) as f32
     }
 
-    /// Variance of [`Film::mean_at`].
+    /// Returns the variance of [`Film::mean_at`].
     pub fn variance_at(&self, layer: Option<usize>, channel: usize, pixel: usize) -> f32 {
         let (group, offset) = (
             channel / self.shape.group_size,
@@ -265,7 +265,7 @@ impl Film {
         self.pixel(group, pixel, layer).variance_of(offset) as f32
     }
 
-    /// Mean square of the samples of a channel of a pixel: their second moment. For
+    /// Returns the mean square of the samples of a channel of a pixel: their second moment. For
     /// [replicates](Replicates), the mean square of their means.
     pub fn second_moment_at(&self, channel: usize, pixel: usize) -> f32 {
         let (group, offset) = (
@@ -276,7 +276,7 @@ impl Film {
         pixel.moments[offset].mean_square(pixel.count) as f32
     }
 
-    /// Effective number of samples of a pixel: see
+    /// Returns the effective number of samples of a pixel: see
     /// [`Moments::effective`](crate::moments::Moments::effective). Each [replicate](Replicates)
     /// counts as one sample.
     pub fn effective_at(&self, layer: Option<usize>, channel: usize, pixel: usize) -> f32 {
@@ -287,7 +287,7 @@ impl Film {
         self.pixel(group, pixel, layer).moments[offset].effective() as f32
     }
 
-    /// True if [`Film::variance_at`] is unreliable: see
+    /// Returns true if [`Film::variance_at`] is unreliable: see
     /// [`Moments::few`](crate::moments::Moments::few).
     pub fn few_at(&self, layer: Option<usize>, channel: usize, pixel: usize) -> bool {
         let (group, offset) = (
@@ -312,60 +312,60 @@ impl Film {
         self.plane(|c, i| self.mean_at(None, c, i))
     }
 
-    /// Variances of the means, in the layout of [`Film::mean`].
+    /// Returns the variances of the means, in the layout of [`Film::mean`].
     pub fn variance(&self) -> Vec<f32> {
         self.plane(|c, i| self.variance_at(None, c, i))
     }
 
-    /// Effective numbers of samples of a layer, or of all light, in the layout of [`Film::mean`]:
-    /// see [`Film::effective_at`].
+    /// Returns the effective numbers of samples of a layer, or of all light, in the layout of
+    /// [`Film::mean`]: see [`Film::effective_at`].
     pub fn effective(&self, layer: Option<usize>) -> Vec<f32> {
         self.plane(|c, i| self.effective_at(layer, c, i))
     }
 
-    /// True wherever the variance of a layer, or of all light, is unreliable, in the layout of
-    /// [`Film::mean`]: see [`Film::few_at`].
+    /// Returns true wherever the variance of a layer, or of all light, is unreliable, in the layout
+    /// of [`Film::mean`]: see [`Film::few_at`].
     pub fn few(&self, layer: Option<usize>) -> Vec<bool> {
         self.plane(|c, i| self.few_at(layer, c, i))
     }
 
-    /// Means of a layer, in the layout of [`Film::mean`]. The layers add up to the image, if
-    /// [parts](LightParts) other than the light itself are left out. [`Decomposition::slots`]
-    /// describes the numbers of layers.
+    /// Returns the means of a layer, in the layout of [`Film::mean`]. The layers add up to the
+    /// image, if [parts](LightParts) other than the light itself are left out.
+    /// [`Decomposition::slots`] describes the numbers of layers.
     pub fn layer_mean(&self, layer: usize) -> Vec<f32> {
         self.plane(|c, i| self.mean_at(Some(layer), c, i))
     }
 
-    /// Variances of the means of a layer, in the layout of [`Film::mean`].
+    /// Returns the variances of the means of a layer, in the layout of [`Film::mean`].
     pub fn layer_variance(&self, layer: usize) -> Vec<f32> {
         self.plane(|c, i| self.variance_at(Some(layer), c, i))
     }
 
-    /// Number of samples of a pixel.
+    /// Returns the number of samples of a pixel.
     pub fn count(&self, pixel: usize) -> u64 {
         self.groups[0].count(pixel) * self.shape.replicates.size()
     }
 
-    /// Number of samples of each pixel, row by row.
+    /// Returns the number of samples of each pixel, row by row.
     pub fn counts(&self) -> Vec<u64> {
         let pixels = 0..self.shape.width * self.shape.height;
         pixels.map(|pixel| self.count(pixel)).collect()
     }
 
-    /// Smallest and largest number of samples of a pixel.
+    /// Returns the smallest and largest number of samples of a pixel.
     pub fn least_and_most(&self) -> [u64; 2] {
         let counts = self.counts();
         let [least, most] = [counts.iter().min(), counts.iter().max()];
         [least, most].map(|count| count.copied().unwrap_or(0))
     }
 
-    /// Total number of samples over all pixels and groups.
+    /// Returns the total number of samples over all pixels and groups.
     pub fn samples(&self) -> u64 {
         let replicates: u64 = self.groups.iter().map(GroupSums::samples).sum();
         replicates * self.shape.replicates.size()
     }
 
-    /// Number of channels of a group.
+    /// Returns the number of channels of a group.
     pub(crate) fn channels_of(&self, group: usize) -> usize {
         self.shape.channels_of(group)
     }

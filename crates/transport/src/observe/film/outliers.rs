@@ -53,7 +53,7 @@ impl OutlierRejection {
         chunks.map(move |sums| LevelsMut { channels, sums })
     }
 
-    /// Number of channels, and number of stored sums.
+    /// Returns the number of channels, and number of stored sums.
     pub(super) fn size(&self) -> [usize; 2] {
         [self.channels, self.sums.len()]
     }
@@ -79,7 +79,7 @@ impl OutlierRejection {
         values
     }
 
-    /// Sum of all samples of a pixel, over all levels.
+    /// Returns the sum of all samples of a pixel, over all levels.
     pub fn total(&self, pixel: usize) -> Spectrum {
         let levels = (0..LEVELS).map(|level| self.sum(pixel, level));
         levels.fold(Spectrum::ZERO, |total, sum| total + sum)

@@ -16,7 +16,7 @@ pub struct Pixel {
 }
 
 impl Pixel {
-    /// Sums of `count` samples, by channel.
+    /// Returns the sums of `count` samples, by channel.
     pub(super) fn of(channels: &[Moments], count: u64) -> Self {
         let mut moments = [Moments::default(); Spectrum::CHANNELS];
         moments[..channels.len()].copy_from_slice(channels);
@@ -31,27 +31,29 @@ impl Pixel {
         self.count += 1;
     }
 
-    /// Mean of the samples; zero if there are none.
+    /// Returns the mean of the samples; zero if there are none.
     pub fn mean(&self) -> Spectrum {
         Spectrum(std::array::from_fn(|channel| self.mean_of(channel)))
     }
 
-    /// Mean of one channel.
+    /// Returns the mean of one channel.
     pub(super) fn mean_of(&self, channel: usize) -> f64 {
         self.moments[channel].mean(self.count)
     }
 
-    /// Unbiased estimate of the variance of the mean; infinite for fewer than two samples.
+    /// Returns an unbiased estimate of the variance of the mean; infinite for fewer than two
+    /// samples.
     pub fn variance_of_mean(&self) -> Spectrum {
         Spectrum(std::array::from_fn(|channel| self.variance_of(channel)))
     }
 
-    /// Variance of the mean of one channel.
+    /// Returns the variance of the mean of one channel.
     pub(super) fn variance_of(&self, channel: usize) -> f64 {
         self.moments[channel].variance_of_mean(self.count)
     }
 
-    /// Tail of the samples of one channel: how much of their scatter the largest sample causes.
+    /// Returns the tail of the samples of one channel: how much of their scatter the largest sample
+    /// causes.
     pub(super) fn tail_of(&self, channel: usize) -> Tail {
         self.moments[channel].tail(self.count)
     }
@@ -71,7 +73,7 @@ impl AddAssign for Pixel {
 /// [`ReproducibleSum::MOST`](crate::sum::ReproducibleSum::MOST).
 type Count = u32;
 
-/// Bytes that a film takes per pixel of a group.
+/// Returns the bytes that a film takes per pixel of a group.
 pub(crate) const fn bytes_of_pixel(channels: usize) -> usize {
     channels * size_of::<Moments>() + size_of::<Count>()
 }
@@ -106,7 +108,7 @@ impl GroupSums {
         }
     }
 
-    /// Number of channels, and lengths of the stored vectors.
+    /// Returns the number of channels, and lengths of the stored vectors.
     pub(super) fn size(&self) -> [usize; 3] {
         [self.channels, self.moments.len(), self.counts.len()]
     }
@@ -121,12 +123,12 @@ impl GroupSums {
         Pixel::of(&self.moments[first..first + self.channels], self.count(i))
     }
 
-    /// Number of samples, or of replicates, of a pixel.
+    /// Returns the number of samples, or of replicates, of a pixel.
     pub(super) fn count(&self, i: usize) -> u64 {
         self.counts[i].into()
     }
 
-    /// Number of samples, or of replicates, of all pixels.
+    /// Returns the number of samples, or of replicates, of all pixels.
     pub(super) fn samples(&self) -> u64 {
         self.counts.iter().map(|count| u64::from(*count)).sum()
     }

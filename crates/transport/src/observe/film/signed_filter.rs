@@ -67,7 +67,7 @@ impl SignedFilter {
         filter
     }
 
-    /// Largest distance at which the filter is not zero, in pixels.
+    /// Returns the largest distance at which the filter is not zero, in pixels.
     pub(super) fn radius(&self) -> f64 {
         match self.kernel {
             Kernel::Cubic { .. } => 2.0,
@@ -75,7 +75,7 @@ impl SignedFilter {
         }
     }
 
-    /// Value of the filter, per pixel; the filter's integral is 1.
+    /// Returns the value of the filter, per pixel; the filter's integral is 1.
     pub(super) fn value(&self, offset: f64) -> f64 {
         self.kernel.at(offset) / self.integral
     }
@@ -91,7 +91,7 @@ impl SignedFilter {
         self.bound(cell) + (u - self.cdf[cell]) / share * self.cell_width()
     }
 
-    /// Density of samples, per pixel.
+    /// Returns the density of samples, per pixel.
     pub(super) fn pdf(&self, offset: f64) -> f64 {
         let cell = ((offset + self.radius()) / self.cell_width()).floor();
         if (0.0..CELLS as f64).contains(&cell) {
@@ -106,7 +106,7 @@ impl SignedFilter {
         2.0 * self.radius() / CELLS as f64
     }
 
-    /// Lower bound of a cell.
+    /// Returns the lower end of a cell's interval of offsets.
     fn bound(&self, cell: usize) -> f64 {
         cell as f64 * self.cell_width() - self.radius()
     }
@@ -130,7 +130,7 @@ impl Kernel {
     }
 }
 
-/// sin(πx)/(πx).
+/// Returns sin(πx)/(πx).
 fn sinc(x: f64) -> f64 {
     if x == 0.0 {
         return 1.0;

@@ -56,18 +56,18 @@ impl FilmSpec {
         }
     }
 
-    /// Number of pixels of the whole image of the sensor.
+    /// Returns the number of pixels of the whole image of the sensor.
     pub(crate) fn pixels_of_image(&self) -> f64 {
         let size = self.window.map_or([self.width, self.height], |w| w.image);
         size[0] as f64 * size[1] as f64
     }
 
-    /// Number of channel groups. Each has its own scene and its own paths.
+    /// Returns the number of channel groups. Each has its own scene and its own paths.
     pub fn groups(&self) -> usize {
         self.channels.div_ceil(self.group_size)
     }
 
-    /// Number of channels in a group.
+    /// Returns the number of channels in a group.
     pub fn channels_of(&self, group: usize) -> usize {
         (self.channels - group * self.group_size).min(self.group_size)
     }

@@ -4,16 +4,16 @@ use super::{Film, Pixel};
 use crate::moments::{LEAST_EFFECTIVE, Tail};
 
 impl Film {
-    /// Mean over all pixels and channels, with its standard error. Channels of one group share
-    /// their paths, so their errors add up as fully correlated. Pixels count as independent, unless
-    /// one path contributes to several pixels: then the samples of the whole image give the error.
-    /// If these are fewer than [`LEAST_EFFECTIVE`] and the samples of different cells are
-    /// independent, the variances of pixels give it.
+    /// Returns the mean over all pixels and channels, with its standard error. Channels of one
+    /// group share their paths, so their errors add up as fully correlated. Pixels count as
+    /// independent, unless one path contributes to several pixels: then the samples of the whole
+    /// image give the error. If these are fewer than [`LEAST_EFFECTIVE`] and the samples of
+    /// different cells are independent, the variances of pixels give it.
     pub fn summary(&self) -> (f64, f64) {
         self.summary_of(None)
     }
 
-    /// Mean and standard error of one layer, computed like [`Film::summary`].
+    /// Returns the mean and standard error of one layer, computed like [`Film::summary`].
     pub fn layer_summary(&self, layer: usize) -> (f64, f64) {
         self.summary_of(Some(layer))
     }
@@ -42,15 +42,15 @@ impl Film {
         (mean / scale, variance.sqrt() / scale)
     }
 
-    /// True if there are too few samples of the whole image to give the error of its mean.
+    /// Returns true if there are too few samples of the whole image to give the error of its mean.
     fn few_images(&self, whole: &Pixel) -> bool {
         (whole.count as f64) < LEAST_EFFECTIVE
     }
 
-    /// True if the error of [`Film::summary`], or of [`Film::layer_summary`], is unreliable: the
-    /// mean has fewer than [`LEAST_EFFECTIVE`] effective samples, or a heavy [tail](Film::tail). An
-    /// image without light is flagged. A layer without light is not flagged, because possibly no
-    /// path of the scene belongs to it.
+    /// Returns true if the error of [`Film::summary`], or of [`Film::layer_summary`], is
+    /// unreliable: the mean has fewer than [`LEAST_EFFECTIVE`] effective samples, or a heavy
+    /// [tail](Film::tail). An image without light is flagged. A layer without light is not flagged,
+    /// because possibly no path of the scene belongs to it.
     pub fn few_in_all(&self, layer: Option<usize>) -> bool {
         let (mean, error) = self.summary_of(layer);
         if mean == 0.0 {
@@ -60,7 +60,8 @@ impl Film {
         squares * LEAST_EFFECTIVE > 1.0 || self.tail(layer).is_heavy()
     }
 
-    /// Fraction of unreliable variances among the non-zero values of pixels and channels.
+    /// Returns the fraction of unreliable variances among the non-zero values of pixels and
+    /// channels.
     pub fn few_pixels(&self, layer: Option<usize>) -> f64 {
         let (mut few, mut lit) = (0u64, 0u64);
         for channel in 0..self.shape.channels {
@@ -72,10 +73,10 @@ impl Film {
         few as f64 / lit.max(1) as f64
     }
 
-    /// Heaviest tail of the scores behind [`Film::summary`], or [`Film::layer_summary`], over all
-    /// channels. It is the tail of the samples of pixels or, where pixels share paths, of the
-    /// samples of the whole image. Both are examined, because the few samples of the whole image
-    /// hide rare bright samples of pixels.
+    /// Returns the heaviest tail of the scores behind [`Film::summary`], or
+    /// [`Film::layer_summary`], over all channels. It is the tail of the samples of pixels or,
+    /// where pixels share paths, of the samples of the whole image. Both are examined, because the
+    /// few samples of the whole image hide rare bright samples of pixels.
     pub fn tail(&self, layer: Option<usize>) -> Tail {
         let channels =
             (0..self.groups()).flat_map(|g| (0..self.channels_of(g)).map(move |c| (g, c)));
@@ -91,8 +92,8 @@ impl Film {
         tails.reduce(heavier).unwrap_or_default()
     }
 
-    /// Number of independent scores of the image's mean: samples of the whole image, or samples of
-    /// all pixels.
+    /// Returns the number of independent scores of the image's mean: samples of the whole image, or
+    /// samples of all pixels.
     fn scores(&self, layer: Option<usize>) -> u64 {
         let of_group = |group| match (self.whole(group, layer), self.shape.noise) {
             (whole, _) if whole.count == 0 => self.groups[group].samples(),
@@ -109,7 +110,7 @@ impl Film {
         }
     }
 
-    /// Root mean square, over pixels and channels, of the standard errors of pixels.
+    /// Returns the root mean square, over pixels and channels, of the standard errors of pixels.
     pub fn rms_error(&self) -> f64 {
         let n = self.shape.width * self.shape.height;
         let mut sum = 0.0;

@@ -24,12 +24,12 @@ pub struct Patch {
 }
 
 impl Acceptance {
-    /// True if light from the whole surface is accepted.
+    /// Returns true if light from the whole surface is accepted.
     pub(super) fn is_everywhere(&self) -> bool {
         self.patch.is_none()
     }
 
-    /// True if light is accepted.
+    /// Returns true if light is accepted.
     pub(super) fn accepts(&self, passing: &Passing) -> bool {
         self.patch
             .is_none_or(|patch| patch.holds(passing.hit.position))

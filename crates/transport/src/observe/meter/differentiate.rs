@@ -327,7 +327,8 @@ impl Setup<'_> {
 }
 
 impl Meter {
-    /// Names of the readings with the number of bins along each axis, without the channel axis.
+    /// Returns the names of the readings with the number of bins along each axis, without the
+    /// channel axis.
     pub fn readings(&self) -> Vec<(&'static str, Vec<usize>)> {
         let quantities = self.quantities().into_iter();
         let named = |q: Quantity| (q.name, q.axes.iter().map(ReadingAxis::len).collect());

@@ -106,7 +106,7 @@ pub(super) fn free_legs<'e, 's>(
 }
 
 impl FreeLeg<'_, '_> {
-    /// Arc of the segment from θ = 0 to 1.
+    /// Returns the arc of the segment from θ = 0 to 1.
     pub(super) fn arc(&self) -> Arc {
         let n = self.leg.matter.n;
         // Planted error "tagged flights that nothing interrupts without the index", found by morgana-transport/transport::meters::sidebands::sidebands_of_meters_are_sums_over_records:
@@ -138,18 +138,18 @@ pub(crate) fn flights<'e>(event: &'e WalkEvent) -> impl Iterator<Item = Flight<'
 }
 
 impl Flight<'_> {
-    /// Expected power at the start of the next span.
+    /// Returns the expected power at the start of the next span.
     pub(crate) fn power_after(&self, next: &Span) -> Spectrum {
         self.power * (next.weight_before * share(self.channel_pdf, next.depth_before))
     }
 
-    /// Optical path length from the emitter to the end of the flight.
+    /// Returns the optical path length from the emitter to the end of the flight.
     pub(super) fn length_after(&self) -> f64 {
         self.optical_length + self.span.arc.optical_length(self.theta_end)
     }
 
-    /// Expected power at θ, given that the particle reaches θ without a collision. With one channel
-    /// it is constant along the arc.
+    /// Returns the expected power at θ, given that the particle reaches θ without a collision. With
+    /// one channel it is constant along the arc.
     pub(crate) fn power_at(&self, theta: f64) -> Spectrum {
         if !self.power_varies() {
             return self.power * self.span.weight_before;
@@ -171,12 +171,12 @@ impl Flight<'_> {
         Some([self.power_at(0.0), absorption])
     }
 
-    /// True if the power varies along the arc.
+    /// Returns true if the power varies along the arc.
     fn power_varies(&self) -> bool {
         self.channel_pdf.is_several() && !self.scene.medium(self.span.medium).is_transparent()
     }
 
-    /// Absorption coefficient at θ.
+    /// Returns the absorption coefficient at θ.
     pub(crate) fn absorption_at(&self, theta: f64) -> Spectrum {
         let (arc, medium) = (&self.span.arc, self.scene.medium(self.span.medium));
         self.span.attenuation.rate(arc, theta)
@@ -185,19 +185,19 @@ impl Flight<'_> {
 }
 
 impl Collision<'_> {
-    /// Power that the medium absorbs from the particle.
+    /// Returns the power that the medium absorbs from the particle.
     pub(super) fn absorbed(&self) -> Spectrum {
         let albedo = self.point.albedo(self.scene);
         self.path * self.point.rate * absorbed_share(albedo)
     }
 
-    /// Absorption coefficient at the collision.
+    /// Returns the absorption coefficient at the collision.
     pub(super) fn absorption(&self) -> Spectrum {
         self.point.rate * absorbed_share(self.point.albedo(self.scene))
     }
 }
 
-/// 1 − albedo.
+/// Returns 1 − albedo.
 fn absorbed_share(albedo: Spectrum) -> Spectrum {
     albedo.map(|a| 1.0 - a)
 }

@@ -49,19 +49,19 @@ pub struct FluenceMeter {
 pub(super) type Cuts = Vec<f64>;
 
 impl FluenceMeter {
-    /// Number of bins of optical length times number of cells.
+    /// Returns the number of bins of optical length times number of cells.
     pub(super) fn cells(&self) -> usize {
         let bins = self.optical_length.map_or(1, |bins| bins.count);
         bins.saturating_mul(self.grid.cells())
     }
 
-    /// Number of cells of all quantities.
+    /// Returns the number of cells of all quantities.
     pub(super) fn slots(&self) -> usize {
         let parts = self.sidebands.map_or(0, |sidebands| sidebands.parts());
         self.cells().saturating_mul(2 + parts)
     }
 
-    /// Quantities, in the order of slots.
+    /// Returns the quantities, in the order of slots.
     pub(super) fn quantities(&self) -> Vec<Quantity> {
         let axes = self
             .optical_length
@@ -370,7 +370,7 @@ impl FluenceMeter {
         }
     }
 
-    /// Cell of a collision, within its gate.
+    /// Returns the cell of a collision, within its gate.
     pub(super) fn cell_of(&self, collision: &Collision) -> Option<usize> {
         self.locate(collision.point.x, collision.optical_length)
     }

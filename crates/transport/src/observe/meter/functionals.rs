@@ -22,7 +22,7 @@ enum Rows {
 }
 
 impl Functionals {
-    /// Number of functionals.
+    /// Returns the number of functionals.
     pub(crate) fn count(&self) -> usize {
         match self.rows {
             Rows::One => 1,

@@ -39,8 +39,8 @@ const MOST_ROOTS: usize = 10;
 
 impl MeterGrid {
     /// Creates a grid with the given number of cells along each coordinate: x, y, z; or r, 1, z; or
-    /// r, 1, 1. Returns `None` if a number is 0, if a number that must be 1 is not, or if the map
-    /// or its inverse is not finite.
+    /// r, 1, 1. Returns `None` if a number is 0, or if a number that must be 1 is not. Also returns
+    /// `None` if the map or its inverse is not finite.
     pub fn new(coordinates: Coordinates, size: [usize; 3], to_world: DAffine3) -> Option<Self> {
         let fits = match coordinates {
             Coordinates::Cartesian => true,
@@ -70,27 +70,27 @@ impl MeterGrid {
         })
     }
 
-    /// Coordinates that cells divide evenly.
+    /// Returns the coordinates that cells divide evenly.
     pub fn coordinates(&self) -> Coordinates {
         self.coordinates
     }
 
-    /// Number of cells along each coordinate.
+    /// Returns the number of cells along each coordinate.
     pub fn size(&self) -> [usize; 3] {
         self.size
     }
 
-    /// Number of cells.
+    /// Returns the number of cells.
     pub fn cells(&self) -> usize {
         self.cells
     }
 
-    /// Map from the unit cube, cylinder or ball to the world.
+    /// Returns the map from the unit cube, cylinder or ball to the world.
     pub fn to_world(&self) -> &DAffine3 {
         &self.to_world
     }
 
-    /// Number of cells along each coordinate, as a vector.
+    /// Returns the number of cells along each coordinate, as a vector.
     pub(super) fn top(&self) -> DVec3 {
         self.top
     }
@@ -101,12 +101,12 @@ impl MeterGrid {
         self.to_local.transform_point3(x) * self.top
     }
 
-    /// Bounding box of all cells.
+    /// Returns the bounding box of all cells.
     pub fn aabb(&self) -> &Aabb {
         &self.aabb
     }
 
-    /// Index of the cell that contains a point. The first coordinate varies fastest.
+    /// Returns the index of the cell that contains a point. The first coordinate varies fastest.
     pub fn cell(&self, x: DVec3) -> Option<usize> {
         let p = self.to_local.transform_point3(x);
         let position = match self.coordinates {
@@ -122,7 +122,7 @@ impl MeterGrid {
         inside.then(|| index(0) + self.size[0] * (index(1) + self.size[1] * index(2)))
     }
 
-    /// True if the cells are the voxels of a volume, up to rounding.
+    /// Returns true if the cells are the voxels of a volume, up to rounding.
     pub(super) fn is_voxels_of(&self, volume: &VoxelVolume) -> bool {
         let alike = || {
             let between = self.to_local * *volume.to_world();
@@ -131,8 +131,8 @@ impl MeterGrid {
         self.coordinates == Coordinates::Cartesian && self.size == volume.size() && alike()
     }
 
-    /// Midpoint of a cell along every coordinate. For a ring or a shell it lies on the local x
-    /// axis.
+    /// Returns the midpoint of a cell along every coordinate. For a ring or a shell it lies on the
+    /// local x axis.
     pub fn middle(&self, cell: usize) -> DVec3 {
         let [i, j, k] = self.split(cell);
         let at = |index: usize, axis: usize| (index as f64 + 0.5) / self.size[axis] as f64;
@@ -144,7 +144,7 @@ impl MeterGrid {
         self.to_world.transform_point3(local)
     }
 
-    /// Volume of a cell, in cubic scene units.
+    /// Returns the volume of a cell, in cubic scene units.
     pub fn volume(&self, cell: usize) -> f64 {
         let [i, _, _] = self.split(cell);
         let [nx, ny, nz] = self.size.map(|n| n as f64);
@@ -162,8 +162,8 @@ impl MeterGrid {
         [cell % nx, cell / nx % ny, cell / nx / ny]
     }
 
-    /// Adds to `cuts` every θ in (0, `theta_end`) at which the arc passes from one cell to another,
-    /// or into or out of the grid, in any order. It may add other values, too.
+    /// Adds to `cuts` every θ in (0, `theta_end`) at which the arc crosses a boundary of cells or
+    /// of the grid, in any order. It may add other values, too.
     pub fn cut(&self, arc: &Arc, theta_end: f64, cuts: &mut Vec<f64>) {
         if arc.is_straight() {
             let ends = [arc.start(), arc.position(theta_end)];

@@ -50,12 +50,12 @@ impl HistoryRegions {
         self.count
     }
 
-    /// True if scatterers flow in any medium.
+    /// Returns true if scatterers flow in any medium.
     pub(super) fn flows(&self) -> bool {
         self.flows
     }
 
-    /// Index of the region at a position in a medium.
+    /// Returns the index of the region at a position in a medium.
     fn at(&self, medium: MediumId, x: DVec3) -> usize {
         let regions = &self.media[medium];
         let labels = regions.labels.as_ref();
@@ -126,7 +126,7 @@ impl Histories {
         &self.copies.current.regions
     }
 
-    /// Rate of change of the optical length by flow so far; `None` if nothing flows.
+    /// Returns the rate of change of the optical length by flow so far; `None` if nothing flows.
     pub(super) fn optical_length_rate(&self) -> Option<f64> {
         self.regions.flows().then_some(self.copies.current.flow)
     }

@@ -38,7 +38,7 @@ pub struct IrradianceMeter {
     /// Weight windows divide and terminate particles, so that late bins of optical length are as
     /// accurate as early ones.
     pub weight_windows: bool,
-    /// Maximum number of records of accepted light, if it keeps records.
+    /// Maximum number of records of accepted light, if the meter keeps records.
     pub most_records: Option<usize>,
     /// True if records also hold the effect of sound on the light's optical length.
     pub tagged: bool,
@@ -81,7 +81,7 @@ impl Cosines {
 }
 
 impl IrradianceMeter {
-    /// True if any of its surfaces is a face of a volume of voxels.
+    /// Returns true if any of its surfaces is a face of a volume of voxels.
     pub(super) fn measures_faces_of(&self, volume: &VoxelVolume) -> bool {
         self.surfaces.iter().any(|s| volume.has_face(s.object))
     }
@@ -106,7 +106,7 @@ impl IrradianceMeter {
         }
     }
 
-    /// Number of bins on one side.
+    /// Returns the number of bins on one side.
     fn bins(&self) -> usize {
         let lengths = self.optical_length.map_or(1, |b| b.count);
         let cosines = self.cosines.map_or(1, |c| c.count);
@@ -115,12 +115,12 @@ impl IrradianceMeter {
             .saturating_mul(self.positions.bins())
     }
 
-    /// Number of cells from which both the binned power and the irradiance are read.
+    /// Returns the number of cells from which both the binned power and the irradiance are read.
     pub(super) fn cells_read_twice(&self) -> usize {
         self.bins().saturating_mul(2)
     }
 
-    /// Number of cells.
+    /// Returns the number of cells.
     pub(super) fn slots(&self) -> usize {
         let stokes = if self.stokes { STOKES_PARAMETERS } else { 0 };
         let both = self.bins().saturating_mul(2);
@@ -128,12 +128,13 @@ impl IrradianceMeter {
             .saturating_add(TOTALS)
     }
 
-    /// Number of parts into which sound separates power.
+    /// Returns the number of parts into which sound separates power.
     fn parts(&self) -> usize {
         self.sidebands.map_or(0, |sidebands| sidebands.parts())
     }
 
-    /// Quantities, in the order of slots. The binned power and the irradiance share their sums.
+    /// Returns the quantities, in the order of slots. The binned power and the irradiance share
+    /// their sums.
     pub(super) fn quantities(&self) -> Vec<Quantity> {
         let sides = Bins {
             min: 0.0,
@@ -190,9 +191,9 @@ impl IrradianceMeter {
         quantities
     }
 
-    /// Scores light that passes, with the modulation of its optical length and its Stokes
-    /// parameters per unit of power if they are known. Returns the side to which it travels if it
-    /// is accepted.
+    /// Scores light that passes a surface. `modulation` of its optical length and `stokes`, per
+    /// unit of power, are given if they are known. Returns the side to which the light travels, if
+    /// the meter accepts it.
     pub(super) fn pass(
         &self,
         passing: &Passing,

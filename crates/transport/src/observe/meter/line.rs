@@ -82,13 +82,13 @@ impl Crossing {
         Some(line)
     }
 
-    /// Index of the current cell, which is in the grid.
+    /// Returns the index of the current cell, which is in the grid.
     #[inline]
     fn number(&self) -> usize {
         number_of(self.here, self.top).unwrap_or_default()
     }
 
-    /// Fraction of the line at the next face across an axis.
+    /// Returns the fraction of the line at the next face across an axis.
     #[inline]
     fn face(&self, axis: usize) -> f64 {
         let (here, there) = (self.here[axis], self.there[axis]);

@@ -71,7 +71,7 @@ pub enum Meter {
 }
 
 impl Meter {
-    /// Name of the kind of meter.
+    /// Returns the name of the kind of meter.
     pub fn kind(&self) -> &'static str {
         match self {
             Meter::Fluence(_) => "fluence",
@@ -79,7 +79,7 @@ impl Meter {
         }
     }
 
-    /// Number of cells of all its quantities.
+    /// Returns the number of cells of all quantities of the meter.
     pub fn cells(&self) -> usize {
         match self {
             Meter::Fluence(meter) => meter.slots(),
@@ -87,7 +87,8 @@ impl Meter {
         }
     }
 
-    /// Bounding box of the region in space where it measures; empty for meters on surfaces.
+    /// Returns the bounding box of the region that the meter measures; empty for meters on
+    /// surfaces.
     pub fn aabb(&self) -> Aabb {
         match self {
             Meter::Fluence(meter) => *meter.grid.aabb(),
@@ -102,9 +103,9 @@ impl Meter {
         }
     }
 
-    /// Maximum number of bytes that the meter takes in a scene, once light has reached all of its
-    /// cells: its sums, which readings later replace, the readings of sums that are read twice, and
-    /// its records.
+    /// Returns the maximum number of bytes that the meter takes in a scene, once light has reached
+    /// all of its cells. They hold its sums, which readings later replace, the readings of sums
+    /// that are read twice, and its records.
     pub fn memory(&self, scene: &Scene, channels: usize) -> usize {
         let regions = HistoryRegions::of(scene);
         let layout = RecordLayout {
@@ -120,7 +121,7 @@ impl Meter {
         sums.saturating_add(twice).saturating_add(records)
     }
 
-    /// Number of cells from which two quantities are read.
+    /// Returns the number of cells from which two quantities are read.
     fn cells_read_twice(&self) -> usize {
         match self {
             Meter::Fluence(_) => 0,
@@ -128,7 +129,7 @@ impl Meter {
         }
     }
 
-    /// Maximum number of records, if it keeps records.
+    /// Returns the maximum number of records, if the meter keeps records.
     fn most_records(&self) -> Option<usize> {
         match self {
             Meter::Fluence(_) => None,
@@ -136,7 +137,7 @@ impl Meter {
         }
     }
 
-    /// True if its records hold the effect of sound on phases.
+    /// Returns true if the meter's records hold the effect of sound on phases.
     fn tags_records(&self) -> bool {
         match self {
             Meter::Fluence(_) => false,
@@ -144,7 +145,8 @@ impl Meter {
         }
     }
 
-    /// Sidebands into which it separates light by the phase shift from sound, if it does.
+    /// Returns the sidebands into which the meter separates light by the phase shift from sound.
+    /// Returns `None` if it does not separate light.
     pub fn sidebands(&self) -> Option<&Sidebands> {
         match self {
             Meter::Fluence(meter) => meter.sidebands.as_ref(),
@@ -152,7 +154,7 @@ impl Meter {
         }
     }
 
-    /// True if it measures Stokes parameters.
+    /// Returns true if the meter measures Stokes parameters.
     pub fn has_stokes(&self) -> bool {
         match self {
             Meter::Fluence(_) => false,
@@ -160,13 +162,13 @@ impl Meter {
         }
     }
 
-    /// True if it measures the effect of sound on phases.
+    /// Returns true if the meter measures the effect of sound on phases.
     pub fn is_tagged(&self) -> bool {
         self.tags_records() || self.sidebands().is_some()
     }
 
-    /// Optical path length up to which it needs weight windows: the end of its last gate. `None` if
-    /// it has no gates or uses no windows.
+    /// Returns the optical path length up to which the meter needs weight windows: the end of its
+    /// last gate. Returns `None` if the meter has no gates or uses no windows.
     fn windowed_length(&self) -> Option<f64> {
         let (gates, windows) = match self {
             Meter::Fluence(meter) => (meter.optical_length, meter.weight_windows),
@@ -176,7 +178,7 @@ impl Meter {
     }
 }
 
-/// Number of slots that meters take in a tally with `channels` channels.
+/// Returns the number of slots that meters take in a tally with `channels` channels.
 pub fn slots(meters: &[Meter], channels: usize) -> usize {
     let cells = meters.iter().map(Meter::cells);
     let cells = cells.fold(0, usize::saturating_add);
@@ -254,27 +256,27 @@ impl<'a> Setup<'a> {
     }
 
     /// Runs the pilot for a weight window that makes late gates as accurate as early ones; `None`
-    /// if no meter uses one. The window is worthless once `stop` is raised.
+    /// if no meter uses one. The window has no meaning once `stop` is raised.
     pub fn window(&self, stop: &Stop) -> Option<Window> {
         Window::learn(self, stop)
     }
 
-    /// The scene.
+    /// Returns the scene.
     pub(crate) fn scene(&self) -> &'a Scene {
         self.scene
     }
 
-    /// Power of all emitters, per channel.
+    /// Returns the power of all emitters, per channel.
     pub fn emitted(&self) -> Spectrum {
         self.emitted
     }
 
-    /// Standard error of [`Setup::emitted`], for media whose power had to be estimated.
+    /// Returns the standard error of [`Setup::emitted`], for media whose power had to be estimated.
     pub fn emitted_error(&self) -> Spectrum {
         self.scene.power_error(self.channels)
     }
 
-    /// Number of slots.
+    /// Returns the number of slots.
     pub fn slots(&self) -> usize {
         slots(self.meters, self.channels)
     }

@@ -8,19 +8,19 @@ use crate::path::{
 };
 use crate::sampling::Sampler;
 
-/// Power, relative to the wanted power, below which a particle plays Russian roulette.
+/// Power below which a particle may end by Russian roulette, relative to the weight window. Without
+/// a window, it is relative to the particle's initial power.
 const SMALL: f64 = 0.1;
-/// Power, relative to the wanted power, above which a particle is divided if meters use weight
-/// windows.
+/// Power, relative to the power of the weight window, above which a particle is divided.
 const LARGE: f64 = 2.0;
-/// Maximum number of particles into which one is divided at once.
+/// Maximum number of particles into which one particle is divided at one place.
 const MOST_AT_ONCE: f64 = 16.0;
 /// Maximum number of copies of one emitted particle; beyond it particles are no longer divided.
 const MOST_COPIES: usize = 10_000;
 
 impl Setup<'_> {
-    /// Emits the particle with this number, and follows it and all its copies. Returns the balance
-    /// of its power.
+    /// Emits particle `number`, and follows it and all its copies. Returns the balance of its
+    /// power.
     pub(super) fn follow(
         &self,
         number: u64,
@@ -80,7 +80,7 @@ impl Setup<'_> {
     }
 }
 
-/// Keeps the power of particles near the window, or near their initial power.
+/// Survival that keeps the power of particles near the window, or near their initial power.
 struct WindowedSurvival<'w> {
     window: Option<&'w Window>,
     rr_depth: u32,

@@ -66,14 +66,14 @@ impl Positions {
         }
     }
 
-    /// Number of bins.
+    /// Returns the number of bins.
     pub fn bins(&self) -> usize {
         let [u, v] = self.resolution;
         self.parts.saturating_mul(u).saturating_mul(v)
     }
 
-    /// Areas of all bins; `None` if equal steps of the coordinates differ in area, as on an
-    /// ellipsoid.
+    /// Returns the areas of all bins; `None` if equal steps of the coordinates differ in area, as
+    /// on an ellipsoid.
     pub fn areas(&self) -> Option<&[f64]> {
         self.areas.as_deref()
     }
@@ -109,7 +109,7 @@ impl Positions {
         ]
     }
 
-    /// Index of the bin of a surface point.
+    /// Returns the index of the bin of a surface point.
     pub(super) fn index(&self, hit: &Hit) -> Option<usize> {
         let part = if self.parts > 1 {
             hit.primitive as usize

@@ -63,12 +63,12 @@ impl ReadingAxis {
         }
     }
 
-    /// Number of bins.
+    /// Returns the number of bins.
     pub fn len(&self) -> usize {
         self.edges.len() - 1
     }
 
-    /// True if there are no bins, which never happens.
+    /// Returns true if there are no bins, which never happens.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -79,7 +79,7 @@ impl ReadingAxis {
 pub(super) struct Quantity {
     pub name: &'static str,
     pub axes: Vec<ReadingAxis>,
-    /// First of its cells among the cells of the meter.
+    /// Index of the quantity's first cell among the cells of the meter.
     pub first: usize,
     /// Measures of cells, such as volumes, along the fastest axes; they repeat along the other
     /// axes.
@@ -90,7 +90,7 @@ pub(super) struct Quantity {
 }
 
 impl Quantity {
-    /// Number of bins.
+    /// Returns the number of bins.
     pub(super) fn cells(&self) -> usize {
         self.axes
             .iter()
@@ -191,7 +191,8 @@ pub struct Reading {
 }
 
 impl Reading {
-    /// Bytes of the values of `bins` bins and channels, once light has reached all of them.
+    /// Returns the bytes of the values of `bins` bins and channels, once light has reached all of
+    /// them.
     pub(super) fn memory(bins: usize) -> usize {
         let numbers = Sparse::<f64>::memory(bins).saturating_mul(3);
         numbers.saturating_add(Sparse::<bool>::memory(bins))

@@ -107,7 +107,7 @@ impl Observer for Recorder<'_, '_> {
 }
 
 impl Recorder<'_, '_> {
-    /// Continues with the copy of the particle that was put aside last, along its next edge.
+    /// Continues with the last stored copy of the particle, along its next edge.
     fn resume(&mut self, ray: &WalkRay) {
         if let Some(histories) = &mut self.histories {
             histories.resume();

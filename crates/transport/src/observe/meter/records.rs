@@ -1,9 +1,9 @@
-//! Records of detected light. A record of an accepted particle holds its power, its position and
-//! direction at the meter, and its history on the way (docs/theory.md#records).
+//! Records of detected light. The record of an accepted particle holds its power, its position and
+//! direction at the meter, and its history (docs/theory.md#records).
 //!
-//! There may be more records than there is room for. Then only the records of every second particle
-//! are kept, or of every fourth, and so on. The selection depends only on the particles' numbers,
-//! so that merged parts of a run have the same records as the whole.
+//! If there are more records than there is room for, only the records of every second particle are
+//! kept, or of every fourth, and so on. The selection depends only on the numbers of the particles.
+//! Merged parts of a run therefore have equal records to one whole run.
 
 use super::flight::Passing;
 use super::history::RegionHistory;
@@ -80,7 +80,7 @@ impl RecordLayout {
         self.channels + FIXED + PER_REGION * self.regions + tagged + flows + self.stokes()
     }
 
-    /// Number of Stokes parameters of all channels.
+    /// Returns the number of Stokes parameters of all channels.
     fn stokes(self) -> usize {
         if self.stokes {
             STOKES_PARAMETERS * self.channels
@@ -89,7 +89,7 @@ impl RecordLayout {
         }
     }
 
-    /// Bytes of `records` records.
+    /// Returns the bytes of `records` records.
     pub(crate) fn memory(self, records: usize) -> usize {
         records.saturating_mul((self.width() + 1) * size_of::<f64>())
     }
@@ -138,7 +138,7 @@ impl RecordRows {
         }
     }
 
-    /// Adds rows of `width` values whose particles are wanted.
+    /// Adds the rows of `width` values for which `wanted` accepts the particle's number.
     fn append(&mut self, other: &RecordRows, width: usize, wanted: impl Fn(u64) -> bool) {
         for (particle, row) in other.particles.iter().zip(other.values.chunks_exact(width)) {
             if wanted(*particle) {
@@ -148,7 +148,7 @@ impl RecordRows {
         }
     }
 
-    /// Keeps only the rows of `width` values whose particles are wanted.
+    /// Keeps only the rows of `width` values for which `wanted` accepts the particle's number.
     fn retain(&mut self, width: usize, wanted: impl Fn(u64) -> bool) {
         let mut kept = 0;
         for row in 0..self.particles.len() {
@@ -167,19 +167,19 @@ impl RecordRows {
 /// Light that a meter has accepted.
 #[derive(Clone, Copy)]
 pub(super) struct Detected<'a> {
-    /// Number of its particle.
+    /// Number of the particle.
     pub particle: u64,
     /// Position, direction and power at the surface.
     pub passing: &'a Passing<'a>,
-    /// Side to which it travels.
+    /// Side of the surface to which the particle travels.
     pub side: usize,
-    /// History of its path, by region.
+    /// History of the particle's path, by region.
     pub history: &'a [RegionHistory],
-    /// Rate of change of its optical length by flow, if records hold it.
+    /// Rate of change of the path's optical length by flow, if records hold it.
     pub optical_length_rate: Option<f64>,
     /// Number of channels.
     pub channels: usize,
-    /// Effect of sound on its optical length, if records hold it.
+    /// Effect of sound on the path's optical length, if records hold it.
     pub modulation: Option<PathModulation>,
     /// Stokes parameters per unit of power, if records hold them.
     pub stokes: Option<[Spectrum; 4]>,
@@ -205,7 +205,7 @@ impl Records {
         }
     }
 
-    /// True if both can be records of the same meter.
+    /// Returns true if both sets of records can belong to one meter.
     pub(crate) fn fits(&self, other: &Records) -> bool {
         let (rows, width) = (&self.rows, self.layout.width());
         let whole = rows.particles.len().checked_mul(width) == Some(rows.values.len());
@@ -236,8 +236,9 @@ impl Records {
         self.rows.retain(width, |number| is_among(number, halvings));
     }
 
-    /// Returns the halvings of the largest fraction 2^−`halvings` of particles for which all groups
-    /// of channels have the records and their total number is within the limit.
+    /// Returns the smallest number of halvings for which all groups of channels have the records
+    /// and their total number is within the limit. The records then belong to a fraction
+    /// 2^−halvings of all particles.
     pub(crate) fn common_share(groups: &[&Records]) -> u32 {
         let most = groups.iter().map(|group| group.most).min().unwrap_or(0);
         let mut halvings = groups.iter().map(|group| group.halvings).max().unwrap_or(0);
@@ -252,7 +253,7 @@ impl Records {
         halvings
     }
 
-    /// Number of records of a fraction 2^−`halvings` of particles.
+    /// Returns the number of records of a fraction 2^−`halvings` of particles.
     fn count(&self, halvings: u32) -> usize {
         let particles = self.rows.particles.iter();
         particles

@@ -30,8 +30,8 @@ impl Stay {
         }
     }
 
-    /// True if another piece in a cell can be added. With several channels each piece keeps its own
-    /// modulation, because pieces may differ in colour.
+    /// Returns true if another piece in a cell can be added. With several channels each piece keeps
+    /// its own modulation, because pieces may differ in colour.
     pub(super) fn goes_on(&self, cell: usize, channels: usize) -> bool {
         self.cell == cell && self.pieces < MOST_PIECES && channels == 1
     }

@@ -100,8 +100,8 @@ impl Tagging {
         self.copies.current.modulation()
     }
 
-    /// Computes and returns the modulation up to the current end of the path, whatever the meters
-    /// need.
+    /// Computes and returns the modulation up to the current end of the path, even if no meter
+    /// needs it yet.
     pub(super) fn arrive(&mut self) -> PathModulation {
         let (steps, along) = (&self.steps, &mut self.along);
         self.copies
@@ -116,7 +116,7 @@ impl Tagging {
         self.parts.clear();
     }
 
-    /// Modulation of the path up to θ of its last flight.
+    /// Returns the modulation of the path up to θ of its last flight.
     pub(super) fn until(&self, theta: f64) -> DVec2 {
         let panel = self.panels.partition_point(|panel| panel.end() < theta);
         let last = self.panels.len().saturating_sub(1);

@@ -129,7 +129,7 @@ impl Scores {
         }
     }
 
-    /// Position at which the search for a slot's entry starts.
+    /// Returns the position at which the search for a slot's entry starts.
     #[inline]
     fn hash(&self, slot: u32) -> usize {
         (slot.wrapping_mul(0x9e37_79b1) >> self.shift) as usize
@@ -172,7 +172,7 @@ pub(crate) struct TaskSums {
     entries: Vec<(u32, [f64; 3])>,
 }
 
-/// Index of the chunk of an entry's slot.
+/// Returns the index of the chunk of an entry's slot.
 fn chunk(entry: &(u32, [f64; 3])) -> usize {
     entry.0 as usize / SLOTS_PER_CHUNK
 }
@@ -208,12 +208,12 @@ impl Tally {
         })
     }
 
-    /// Maximum number of bytes of a tally with `slots` slots.
+    /// Returns the maximum number of bytes of a tally with `slots` slots.
     pub fn memory(slots: usize) -> usize {
         Sparse::<Moments>::memory(slots)
     }
 
-    /// Number of slots.
+    /// Returns the number of slots.
     pub fn slots(&self) -> usize {
         self.slots.len()
     }
@@ -251,32 +251,32 @@ impl Tally {
         self.slots.forget(slots);
     }
 
-    /// Number of particles.
+    /// Returns the number of particles.
     pub fn particles(&self) -> u64 {
         self.particles
     }
 
-    /// Mean over particles; 0 if there are no particles.
+    /// Returns the mean over particles; 0 if there are no particles.
     pub fn mean(&self, slot: usize) -> f64 {
         self.slots[slot].mean(self.particles)
     }
 
-    /// Standard error of the mean; infinite for fewer than two particles.
+    /// Returns the standard error of the mean; infinite for fewer than two particles.
     pub fn error(&self, slot: usize) -> f64 {
         self.slots[slot].variance_of_mean(self.particles).sqrt()
     }
 
-    /// Standard error of the mean in a slot in which no particle has scored.
+    /// Returns the standard error of the mean in a slot in which no particle has scored.
     pub(super) fn error_of_nothing(&self) -> f64 {
         Moments::default().variance_of_mean(self.particles).sqrt()
     }
 
-    /// Effective number of particles in a slot: see [`Moments::effective`].
+    /// Returns the effective number of particles in a slot: see [`Moments::effective`].
     pub fn effective(&self, slot: usize) -> f64 {
         self.slots[slot].effective()
     }
 
-    /// True if the error in a slot is unreliable: see [`Moments::few`].
+    /// Returns true if the error in a slot is unreliable: see [`Moments::few`].
     pub fn few(&self, slot: usize) -> bool {
         self.slots[slot].few()
     }

@@ -24,8 +24,8 @@ pub(super) struct VoxelScore<'m> {
     absorption: f64,
 }
 
-/// True if all meters need only the voxels of a volume: all fluence meters score track lengths in
-/// these voxels, other meters are elsewhere, and no meter keeps records.
+/// Returns true if all meters need only the voxels of a volume: all fluence meters score track
+/// lengths in these voxels, other meters are elsewhere, and no meter keeps records.
 pub(super) fn voxels_suffice(meters: &[Meter], volume: &VoxelVolume) -> bool {
     meters.iter().all(|meter| match meter {
         Meter::Fluence(meter) => meter.counts_voxels(volume),
@@ -36,7 +36,8 @@ pub(super) fn voxels_suffice(meters: &[Meter], volume: &VoxelVolume) -> bool {
 }
 
 impl FluenceMeter {
-    /// True if its cells are the voxels of a volume, and it scores track lengths.
+    /// Returns true if the meter's cells are the voxels of a volume, and the meter scores track
+    /// lengths.
     fn counts_voxels(&self, volume: &VoxelVolume) -> bool {
         self.estimator == Estimator::TrackLength && self.grid.is_voxels_of(volume)
     }

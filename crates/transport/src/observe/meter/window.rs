@@ -1,12 +1,11 @@
-//! Weight windows: power that particles should have along their paths, so that late gates are as
-//! accurate as early ones (docs/theory.md#weight-windows).
+//! Weight windows: the power that particles should have along their paths. They make late gates as
+//! accurate as early gates (docs/theory.md#weight-windows).
 //!
-//! The light still under way decreases with the optical path length L, because it is absorbed or
-//! leaves the scene. If particles died in proportion, only a few would reach late gates. If meters
-//! use weight windows, the power of a particle at L therefore follows the fraction of the emitted
-//! power that is still under way at L. Lighter particles play Russian roulette, and heavier ones
-//! are divided. About equally many particles are then under way at all L. A pilot estimates the
-//! fractions.
+//! The light in flight decreases with the optical path length L, because it is absorbed or leaves
+//! the scene. If the number of particles decreased in proportion, only a few would reach late
+//! gates. Weight windows instead make the power of each particle at L proportional to the power in
+//! flight at L. Russian roulette ends particles with less power, and particles with more power are
+//! divided. About equally many particles then reach all L. A pilot estimates the power in flight.
 
 use super::flight::flights;
 use super::tally::Scores;
@@ -29,17 +28,17 @@ const TASK: u64 = 64;
 /// Maximum number of rounds. Each round reaches about a hundredth of the light that the previous
 /// round reached, or less when there is little light.
 const ROUNDS: u64 = 12;
-/// Effective number of particles that must reach a level. Badly estimated fractions make particles
-/// too many or too few, but cause no bias.
+/// Effective number of particles that must reach a level in the pilot. Inaccurate fractions cause
+/// too many or too few particles, but no bias.
 const ENOUGH: f64 = 4.0;
-/// Smallest fraction of the light (90 dB below the first). Gates with less light get fewer
-/// particles.
+/// Smallest fraction of the emitted power, 90 dB below it, that a window represents. Gates with
+/// less light get fewer particles.
 const LEAST: f64 = 1e-9;
 /// Seed of the pilot, unlike the seed of any plausible measurement.
 const SEED: u64 = 0x7769_6E64_6F77_0000;
 
-/// Fraction of its initial power that a particle should have left, at equal steps of optical path
-/// length up to the end of the last gate.
+/// Fraction of the initial power that a particle should still have, as a function of its optical
+/// path length. It is tabulated at equal steps up to the end of the last gate.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Window {
     levels: Bins,
@@ -48,8 +47,8 @@ pub struct Window {
 }
 
 impl Window {
-    /// Fraction of the initial power that a particle should have left at an optical path length; 1
-    /// beyond the last gate.
+    /// Returns the fraction of the initial power that a particle should still have at an optical
+    /// path length; 1 beyond the last gate.
     pub fn share(&self, optical_length: f64) -> f64 {
         let step = self.levels.index(optical_length.max(0.0));
         step.and_then(|step| self.shares.get(step))
@@ -69,7 +68,7 @@ impl Window {
             levels,
             shares: vec![1.0; LEVELS],
         };
-        // Measure the power still under way, using the window known so far.
+        // Measure the power in flight, using the window of the previous rounds.
         for round in 0..ROUNDS {
             let pilot = Setup {
                 window: Some(window.clone()),
@@ -100,7 +99,7 @@ impl Window {
 }
 
 impl Setup<'_> {
-    /// Measures the power of a few particles that is still under way at each level.
+    /// Measures, with a few particles, the power in flight at each level.
     fn pilot_round(&self, levels: Bins, round: u64, stop: &Stop) -> Option<Tally> {
         let tasks = (0..PARTICLES / TASK).into_par_iter().map(|task| {
             let mut ws = Workspace::new(self.scene.tolerance());

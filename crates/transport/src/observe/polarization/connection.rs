@@ -61,7 +61,7 @@ impl ConnectionPart {
         }
     }
 
-    /// True if unpolarised light stays unpolarised.
+    /// Returns true if unpolarised light stays unpolarised.
     fn does_nothing(&self) -> bool {
         self.filters.is_empty() && self.interface.is_none()
     }
@@ -154,7 +154,7 @@ impl ConnectionStokes {
         }
     }
 
-    /// Unit direction in which the light arrives.
+    /// Returns the unit direction in which the light arrives.
     pub(super) fn arrival(&self) -> DVec3 {
         self.arrival
     }

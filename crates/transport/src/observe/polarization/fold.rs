@@ -139,7 +139,7 @@ impl StokesState {
         }
     }
 
-    /// Direction of the light on a subpath in this direction.
+    /// Returns the direction of the light on a subpath in this direction.
     fn light_along(&self, direction: DVec3) -> DVec3 {
         match self {
             StokesState::Sensor(_) => -direction,

@@ -128,8 +128,8 @@ impl TaggedFold {
         tagged.modulation().total()
     }
 
-    /// Collects the steps to a node after the last node with a known modulation. Returns the path
-    /// up to the latter.
+    /// Collects the steps from the last node with a known modulation to the node `place`. Returns
+    /// the path up to the known node.
     fn collect(&mut self, place: Place) -> TaggedPath {
         let (mut place, first) = (place, self.way.len());
         let known = loop {

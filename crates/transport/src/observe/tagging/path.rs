@@ -18,7 +18,7 @@ pub(crate) struct PathModulation {
 }
 
 impl PathModulation {
-    /// Sum of both amplitudes.
+    /// Returns the sum of both amplitudes.
     pub(crate) fn total(&self) -> DVec2 {
         self.index + self.displacement
     }
@@ -39,7 +39,7 @@ impl SoundInMedia {
         self.0[medium].as_ref()
     }
 
-    /// True if a medium has sound.
+    /// Returns true if a medium has sound.
     pub(crate) fn is_in(&self, medium: MediumId) -> bool {
         self.0[medium].is_some()
     }

@@ -1,5 +1,5 @@
-//! Sound along the steps of a path within one medium. First all positions are collected, then all
-//! amplitudes are computed, then the sums. The processor thus works on several positions at a time.
+//! Sound along the steps of a path within one medium. Three passes collect all positions, compute
+//! all amplitudes, and form the sums. The processor thus works on several positions at a time.
 //!
 //! Theory: docs/theory.md#tagged-light.
 
@@ -18,7 +18,7 @@ pub(crate) struct SoundAlong {
     /// Positions whose amplitudes are needed.
     places: Vec<DVec3>,
     amplitudes: Vec<SoundAmplitude>,
-    /// Positions of which only values are needed, with the indices of the values.
+    /// Positions at which only values are needed, with the indices of the values.
     inner: Vec<(usize, DVec3)>,
     /// Values of each part, padded with zeros.
     values: Vec<[DVec2; MOST_PLACES]>,
@@ -31,7 +31,7 @@ pub(crate) struct SoundAlong {
 struct AskedPart {
     /// Index of the part.
     part: usize,
-    /// Indices of the positions where it starts and ends.
+    /// Indices of the positions at which the part starts and ends.
     ends: [usize; 2],
     /// Quadrature; `None` if the part is long.
     quadrature: Option<ModulationQuadrature>,

@@ -15,7 +15,7 @@ pub(crate) enum Step {
 }
 
 impl Step {
-    /// Index of the step's part, if it has one.
+    /// Returns the index of the step's part, if it has one.
     pub(super) fn part(&self) -> Option<usize> {
         match self {
             Step::Fly(i) | Step::Connect(i) => Some(*i),

@@ -83,7 +83,7 @@ impl Connection {
         true
     }
 
-    /// True if two connections from one vertex to one target are one ray.
+    /// Returns true if two connections from one vertex to one target are one ray.
     pub(super) fn is_branch_of(&self, tolerance: Tolerance, other: &Connection) -> bool {
         same_way(tolerance, self.direction, other.direction)
             && same_length(tolerance, self.optical_length, other.optical_length)

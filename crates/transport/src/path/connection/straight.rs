@@ -209,8 +209,8 @@ impl Line {
         }
     }
 
-    /// True if the line leaves and arrives on the right sides and is within the reach of branches;
-    /// see [`crate::path`].
+    /// Returns true if the line leaves and arrives on the right sides and is within the reach of
+    /// branches; see [`crate::path`].
     fn complies(&self, scene: &Scene, target: &ConnectionTarget, parts: &[RayPart]) -> bool {
         let parallel = matches!(target.end, ConnectionEnd::Plane { .. });
         // Leave out the distance to a plane.

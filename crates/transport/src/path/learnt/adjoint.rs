@@ -32,7 +32,7 @@ pub(super) fn place(start: &Start) -> PhaseSpacePoint {
 impl AdjointEstimate {
     /// Returns the probability of survival per unit of throughput (summed over channels) at the
     /// start of an edge. It exceeds 1 if the benefit of the path exceeds its work. Returns `None`
-    /// if nothing is known.
+    /// if there is no estimate.
     pub fn of(&self, start: &Start) -> Option<f64> {
         let place = place(start);
         let mut index = 0;

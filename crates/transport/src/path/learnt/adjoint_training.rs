@@ -15,9 +15,8 @@ const MOST: usize = 1 << 16;
 const FEWEST: usize = 64;
 /// Largest number of successive divisions.
 const DIVISIONS: u32 = 8;
-/// Weight of the mean of the parent cell in the mean of a cell, in training samples. The root's
-/// mean is drawn towards a mean for which paths are just worth their work. Few samples may miss
-/// important paths.
+/// Weight of the parent cell's mean in the mean of a cell, in training samples. Few samples alone
+/// may miss important paths. The root's mean is averaged with a mean for which v = 1.
 const DOUBT: f64 = 64.0;
 
 /// Contribution and work of a path up to some moment.
@@ -105,7 +104,8 @@ impl Mean {
         }
     }
 
-    /// Returns the mean of `count` training samples, drawn towards another mean.
+    /// Returns the weighted average of this mean of `count` training samples and another mean,
+    /// which has the weight of [`DOUBT`] samples.
     fn near(self, other: Mean, count: usize) -> Self {
         let doubt = DOUBT / (DOUBT + count as f64);
         Mean {

@@ -36,8 +36,8 @@ impl NeeSlot {
 }
 
 /// Probabilities with which vertices are connected to an emitter of each class. Light that random
-/// walks also find is weighted for a fractional number of connections (Veach 1997, §9.2.2), so that
-/// any values in (0, 1] are unbiased.
+/// walks also find is weighted for a fractional number of connections (Veach 1997, §9.2.2). Any
+/// values in (0, 1] are unbiased.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NeeRates([f64; SLOTS]);
 

@@ -44,18 +44,18 @@ impl StrategyKind {
 pub type StrategyShares = [f32; 4];
 
 /// Probabilities with which strategies are used. Paths are weighted for fractional numbers of
-/// samples (Veach 1997, §9.2.2), so that any values in (0, 1] are unbiased.
+/// samples (Veach 1997, §9.2.2). Any values in (0, 1] are unbiased.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StrategyRates {
     /// Probability of an emitter subpath, which the last two strategies need.
     pub light: f64,
     /// Probability of a connection from a vertex of the sensor subpath to an emitter.
     pub direct: f64,
-    /// Probability of a connection from a vertex of the emitter subpath to the sensor, given the
-    /// subpath.
+    /// Probability of a connection from a vertex of the emitter subpath to the sensor, given an
+    /// emitter subpath.
     pub sensed: f64,
     /// Probability of a connection from a vertex of the sensor subpath to the emitter subpath,
-    /// given the latter.
+    /// given an emitter subpath.
     pub joined: f64,
 }
 
@@ -114,7 +114,7 @@ pub struct StrategyFind {
     pub kind: StrategyKind,
     /// Weighted contribution.
     pub value: f64,
-    /// Shares of the kinds of strategies in the density of the path.
+    /// Fractions of the density of the path that the kinds of strategies have.
     pub shares: StrategyShares,
     /// Weight of the squared error of the contribution.
     pub importance: f64,

@@ -118,9 +118,9 @@ impl<'a> RandomWalk<'a> {
         }
     }
 
-    /// Follows a ray through a volume from voxel to voxel, if it is in such a volume, nothing bends
-    /// it there and no observer needs edges. Returns the number of copies of the ray, or `None` if
-    /// the ray continues by edges.
+    /// Follows a ray through a volume of voxels, from voxel to voxel. Returns the number of copies
+    /// of the ray. Returns `None` if the ray continues by edges: outside such volumes, where the
+    /// index bends rays, or if an observer needs edges.
     #[inline]
     fn through_voxels<O: Observer>(
         &self,

@@ -26,8 +26,8 @@ pub trait Observer {
     /// Receives an edge and the event at its end. Breaks if the walk can end.
     fn arrive(&mut self, event: &WalkEvent, ws: &mut Workspace) -> ControlFlow<()>;
 
-    /// True if the observer accepts [`Observer::fly_freely`] in place of [`Observer::arrive`] for
-    /// free flights.
+    /// Returns true if the observer accepts [`Observer::fly_freely`] in place of
+    /// [`Observer::arrive`] for free flights.
     fn sees_free_flights(&self) -> bool {
         false
     }
@@ -35,9 +35,9 @@ pub trait Observer {
     /// Receives a flight from one collision to the next, of a walk with one channel.
     fn fly_freely(&mut self, _event: &FreeFlightEvent) {}
 
-    /// True if the observer accepts [`Observer::fly_in_voxel`] and [`Observer::collide_in_voxel`]
-    /// while a walk with one channel is in a volume of voxels. They replace all other calls except
-    /// [`Observer::go_on`].
+    /// Returns true if the observer accepts [`Observer::fly_in_voxel`] and
+    /// [`Observer::collide_in_voxel`] while a walk with one channel is in a volume of voxels. They
+    /// replace all other calls except [`Observer::go_on`].
     fn sees_voxels(&self, _volume: &VoxelVolume) -> bool {
         false
     }
@@ -88,8 +88,8 @@ pub struct WalkEvent<'e> {
     pub(super) path: OnceCell<Spectrum>,
 }
 
-/// A flight of a random walk that ends at a collision and needs no [edge](WalkEvent::edge), because
-/// nothing else happens on it.
+/// Flight of a random walk that ends at a collision and crosses no surface. It needs no
+/// [edge](WalkEvent::edge).
 #[derive(Clone, Copy, Debug)]
 pub struct FreeFlightEvent<'e, 's> {
     /// Ray with which the flight starts.

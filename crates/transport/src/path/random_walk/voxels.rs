@@ -303,7 +303,7 @@ impl<'w, O: Observer> VoxelWalk<'w, '_, O> {
 }
 
 impl VoxelRay<'_> {
-    /// True if a position is in the ray's voxel.
+    /// Returns true if a position is in the ray's voxel.
     #[inline]
     fn is_inside(&self, place: DVec3) -> bool {
         let within = place - self.low;

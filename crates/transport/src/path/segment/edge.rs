@@ -277,8 +277,8 @@ impl<'a> Edge<'a> {
     }
 
     /// Returns the probability density per unit length of a collision with the optical depth and
-    /// extinction of `point`, for channel probabilities `channel_pdf` (balance heuristic over
-    /// channels, docs/theory.md#free-flight).
+    /// extinction of `point`. `channel_pdf` are the probabilities of channels, which the balance
+    /// heuristic combines (docs/theory.md#free-flight).
     pub(crate) fn collision_density(&self, channel_pdf: Spectrum, point: &Point) -> f64 {
         // Planted error "forced collisions weighed as by chance", found by morgana-transport/transport::first_vertex::single_scattering_has_no_variance:
         // (channel_pdf * point.rate * point.depth.exp_neg()).sum()

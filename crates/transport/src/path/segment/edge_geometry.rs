@@ -8,8 +8,8 @@ use glam::DVec3;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EdgeGeometry {
     /// Geometry term G. Between two points G is 1/(J n²), with J and n at the end to which the ray
-    /// was followed (1/(B n_a² n_b²) in docs/theory.md#densities-of-edges). Between a plane and a
-    /// point of index n, G is 1/(A n²).
+    /// was followed. This equals 1/(B n_a² n_b²) in docs/theory.md#densities-of-edges. Between a
+    /// plane and a point of index n, G is 1/(A n²).
     pub geometry_term: f64,
     /// Optical depth.
     pub depth: Spectrum,
@@ -40,13 +40,13 @@ impl EdgeGeometry {
         (channel_pdf * self.depth.exp_neg()).sum()
     }
 
-    /// Returns the density with which sampling from one end finds the other, without the
-    /// probability of the event at that end.
+    /// Returns the density with which sampling from one end finds the other end. The probability of
+    /// the event at the other end is not included.
     ///
     /// `pdf` is the density of the ray: per steradian from a point, per unit area from a plane. The
     /// result is per unit area across the ray at a point of index `n`, or per steradian at a plane
-    /// where the index is `n`. From point to point it is p/J = p·G·n², from plane to point p/A =
-    /// p·G·n², and from point to plane p·dΩ/dΩ' = p·G·n².
+    /// where the index is `n`. It is p·G·n² in all cases: p/J from point to point, p/A from plane
+    /// to point, and p·dΩ/dΩ' from point to plane.
     pub fn density(&self, pdf: f64, n: f64) -> f64 {
         pdf * self.choice * self.geometry_term * n * n
     }

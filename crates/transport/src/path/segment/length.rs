@@ -3,11 +3,11 @@
 //! The optical length of a path counts from the position of a point-like emitter, or from the
 //! surface of an area light. For beams it counts from the plane of the aperture, for fibres and
 //! volumes from the sampled point. Light from outside has no origin in the scene. Its length counts
-//! from the plane across its direction that touches the ball around the scene
-//! ([`Surroundings`](crate::emitter::Surroundings)) where the light enters the ball.
+//! from a plane perpendicular to its direction. The plane touches the ball around the scene
+//! ([`Surroundings`](crate::emitter::Surroundings)) on the side where the light enters.
 //!
-//! At the other end, the length counts to the pinhole, the sampled point of the lens, or the plane
-//! on which the rays of a parallel view start.
+//! At the sensor, the length counts to the pinhole, the sampled point of the lens, or the plane on
+//! which the rays of a parallel view start.
 //!
 //! Theory: docs/theory.md#layers.
 

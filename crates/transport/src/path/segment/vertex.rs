@@ -228,7 +228,8 @@ impl Vertex {
         }
     }
 
-    /// True if the vertex is known to scatter no light, as is common for surfaces of emitters.
+    /// Returns true if the vertex is known to scatter no light, as is common for surfaces of
+    /// emitters.
     pub(crate) fn is_black(&self, scene: &Scene) -> bool {
         match self {
             Vertex::Volume { .. } => false,
@@ -243,7 +244,7 @@ impl Vertex {
         }
     }
 
-    /// True if two directions leave on one side of the vertex's surface.
+    /// Returns true if two directions leave on one side of the vertex's surface.
     pub fn same_side(&self, a: DVec3, b: DVec3) -> bool {
         match self {
             Vertex::Volume { .. } => true,

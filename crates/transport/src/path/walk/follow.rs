@@ -13,8 +13,8 @@ use eikonal::{PathDifference, Reference};
 use glam::DVec3;
 use std::ops::ControlFlow;
 
-/// A ray up to an opaque surface, or up to the last boundary if it left the scene. If the ray met
-/// nothing, it ends at its start.
+/// Ray up to an opaque surface, or up to the last boundary if it left the scene. If it crossed no
+/// boundary, it ends at its start.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FollowedRay {
     /// Position of the end.

@@ -318,7 +318,7 @@ impl<'a, 'b> Walk<'a, 'b> {
         near.unwrap_or_else(|| Attenuation::new(medium, arc, 1.0))
     }
 
-    /// True if the edge ends where it collides.
+    /// Returns true if the edge ends where it collides.
     fn ends_at_collision(&self) -> bool {
         self.sampling.collides && !self.sampling.extend
     }

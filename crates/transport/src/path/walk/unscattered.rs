@@ -17,15 +17,15 @@ use std::ops::ControlFlow;
 /// Ending of an unscattered ray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TraceEnding {
-    /// The ray met an object that leaves it no single direction and transmits less than half of the
-    /// light straight on.
+    /// The ray ended at an object: the surface has no single direction for it, and transmits less
+    /// than half of the light straight on.
     Surface(usize),
     /// The ray left the scene.
     Left,
     /// The ray reached the largest allowed length.
     Length,
-    /// The ray left the field of its medium, or took too many steps and may be trapped, or no ray
-    /// of the reference joins its ends.
+    /// The ray was lost: it left the field of its medium, took too many steps and may be trapped,
+    /// or no ray of the reference joins its ends.
     Lost,
 }
 
@@ -56,7 +56,7 @@ pub(crate) trait RayObserver {
         medium: MediumId,
     ) -> ControlFlow<TraceEnding>;
 
-    /// Receives the continuation from that surface.
+    /// Receives the continuation from the surface of the last [`arrive`](Self::arrive).
     fn go_on(&mut self, hit: &Hit, beyond: &Continuation);
 
     /// Returns the counter of the work of following the ray.
@@ -158,9 +158,9 @@ pub(crate) struct Continuation {
     pub is_reflection: bool,
 }
 
-/// Returns the continuation of a ray that arrives through a medium with velocity `v`, if the
-/// surface leaves it one direction or transmits at least half of its light straight on. Returns
-/// `None` if the ray ends there.
+/// Returns the continuation of a ray that arrives at a surface through a medium with velocity `v`.
+/// The ray continues if there is only one direction, or if the surface transmits at least half of
+/// the light straight on. Returns `None` if the ray ends.
 fn continuation(
     scene: &Scene,
     object: usize,

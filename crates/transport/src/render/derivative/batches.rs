@@ -8,16 +8,16 @@ use crate::render::Handle;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Bytes of sums that are kept at the same time. It is independent of the number of threads, so
-/// that results are, too.
+/// Maximum number of bytes of sums that are kept at one time. It does not depend on the number of
+/// threads, so results do not depend on it, either.
 const SUMS: usize = 256 << 20;
-/// Maximum number of parts, each with its own sums, of a batch.
+/// Maximum number of parts of a batch. Each part has its own sums.
 const MOST_PARTS: usize = 64;
 /// Number of parts that are computed in parallel, of one batch or of several, if they fit.
 const ABREAST: usize = 8;
-/// Maximum number of additions per path: little work compared with following it.
+/// Maximum number of additions per path: little work compared with following the path.
 const PER_PATH: usize = 512;
-/// Maximum number of batches, whose spread gives the error.
+/// Maximum number of batches. The spread of the batches gives the error.
 const BATCHES: u64 = 32;
 
 /// Checks that memory suffices for `numbers` derivatives, with their errors and all sums.
@@ -53,7 +53,7 @@ pub(super) struct Part {
 }
 
 impl Part {
-    /// Range of the part's items if `things` items are divided among the parts.
+    /// Returns the range of the part's items if `things` items are divided among the parts.
     pub(super) fn of(&self, things: usize) -> Range<usize> {
         let bound = |i: usize| i * things / self.parts;
         bound(self.number)..bound(self.number + 1)
@@ -113,9 +113,9 @@ impl Units {
         Ok(Some(moments))
     }
 
-    /// Number of parts into which each batch of `replicates` replicates is split. If the sums are
-    /// large compared with the paths that add to them, there are fewer parts: adding up parts would
-    /// take longer than the paths.
+    /// Returns the number of parts into which each batch of `replicates` replicates is split. If
+    /// the sums are large compared with the paths that add to them, there are fewer parts: adding
+    /// up parts would take longer than the paths.
     fn parts(&self, replicates: u64, batches: usize) -> usize {
         let sums = self.sums;
         let paths = self.paths.saturating_mul((replicates * self.size) as usize);
@@ -134,7 +134,7 @@ impl Units {
     }
 }
 
-/// Number of times that `sums` sums fit into [`SUMS`].
+/// Returns the number of times that `sums` sums fit into [`SUMS`].
 fn room(sums: usize) -> usize {
     SUMS / (sums * size_of::<f64>()).max(1)
 }
@@ -143,7 +143,8 @@ fn add(total: &mut [f64], part: &[f64]) {
     total.iter_mut().zip(part).for_each(|(a, b)| *a += b);
 }
 
-/// Computes derivatives, row by row, from sums. Sums that parameters share count for each of them.
+/// Computes derivatives, row by row, from sums. Sums that several parameters share are added to
+/// each of these parameters.
 pub(super) fn derivatives_of(plan: &Plan, sums: &[f64], values: &mut [f64]) {
     let rows = values.chunks_mut(plan.len().max(1));
     for (values, row) in rows.zip(sums.chunks(plan.stride().max(1))) {
@@ -172,7 +173,7 @@ pub(super) struct BatchMoments {
 
 /// Fraction of the scatter above which one batch outweighs all others.
 const MOST_SHARE: f64 = 0.9;
-/// Minimum number of batches for this judgement.
+/// Minimum number of batches for a test whether one batch outweighs all others.
 const LEAST_BATCHES: f64 = 16.0;
 
 impl BatchMoments {
@@ -217,8 +218,9 @@ impl BatchMoments {
         }
     }
 
-    /// True if single batches, of many, make nearly all of the scatter. Sums with more than half of
-    /// the total scatter must be affected; a few sums to which hardly any path adds do not matter.
+    /// Returns true if single batches, of many, make nearly all of the scatter. Sums with more than
+    /// half of the total scatter must be affected; a few sums to which hardly any path adds do not
+    /// matter.
     pub(super) fn is_dominated(&self, slots: Range<usize>) -> bool {
         let outweighs = |slot: &usize| self.largest[*slot] > MOST_SHARE * self.squares[*slot];
         let scatter = |slots: &mut dyn Iterator<Item = usize>| -> f64 {
@@ -228,7 +230,7 @@ impl BatchMoments {
         self.batches >= LEAST_BATCHES && scatter(&mut slots.filter(outweighs)) > 0.5 * all
     }
 
-    /// Mean of a sum, and its standard error.
+    /// Returns the mean of a sum, and its standard error.
     pub(super) fn mean(&self, slot: usize) -> (f64, f64) {
         let mean = self.sums[slot] / self.replicates;
         let spread = self.squares[slot] - self.sums[slot] * mean;
@@ -251,8 +253,8 @@ mod tests {
         }
         let found = [0..1, 1..2, 2..3, 0..3].map(|slots| moments.is_dominated(slots));
         assert_eq!(found, [false, true, true, true]);
-        // The sums dominated by single batches do not count beside a sum with much more scatter
-        // from all batches.
+        // Ignore sums dominated by single batches if another sum has much more scatter from all
+        // batches.
         assert!(!moments.is_dominated(0..4));
     }
 }

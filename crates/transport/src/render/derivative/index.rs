@@ -48,9 +48,9 @@ pub struct IndexDerivatives {
     pub by: Vec<Derivative>,
     /// Estimate of Σ weight × image from the same paths, and its standard error.
     pub value: (f64, f64),
-    /// True if the scatter of a medium's derivatives comes nearly all from single ones of many
-    /// batches of samples. Neither means nor errors are reliable then: contributions of trapped
-    /// rays have infinite variance (docs/theory.md#derivatives-by-the-index-behind-scattering).
+    /// True if a few of many batches of samples cause nearly all of the scatter of a medium's
+    /// derivatives. Neither means nor errors are reliable then: contributions of trapped rays have
+    /// infinite variance (docs/theory.md#derivatives-by-the-index-behind-scattering).
     pub dominated: bool,
     /// Counts of events and failures.
     pub stats: Stats,
@@ -312,7 +312,7 @@ impl Pass<'_> {
         stats
     }
 
-    /// Weights of a pixel in a layer.
+    /// Returns the weights of a pixel in a layer.
     fn weights(&self, pixel: usize, layer: usize) -> Spectrum {
         let film = self.source.scene.film();
         // Planted error "layers by bounces whose weights are those of the first", found by morgana-transport/transport::index_absorption:

@@ -156,7 +156,7 @@ fn check_weights(weights: &[f64], expected: usize) -> Result<(), DerivativeError
     }
 }
 
-/// Options of a render of the image by the same paths.
+/// Returns the options of a render of the image by the same paths.
 fn render_options(options: &DerivativeOptions) -> RenderOptions {
     let renderer = Renderer::Light(options.integrator);
     RenderOptions {
@@ -281,7 +281,7 @@ impl<'a> Pass<'a> {
         ws.stats()
     }
 
-    /// Weights of a contribution to the sample of a cell with a footprint.
+    /// Returns the weights of a contribution to the sample of a cell with a footprint.
     fn weights_of(
         &self,
         c: &Contribution,
@@ -304,7 +304,7 @@ impl<'a> Pass<'a> {
         sum
     }
 
-    /// Weights of a pixel in a layer.
+    /// Returns the weights of a pixel in a layer.
     fn weights(&self, pixel: usize, layer: usize) -> Spectrum {
         let film = self.source.scene.film();
         let first = (layer * self.pixels + pixel) * film.channels;

@@ -30,7 +30,7 @@ impl Problems {
         });
     }
 
-    /// Number of problems.
+    /// Returns the number of problems.
     pub(super) fn count(&self) -> usize {
         self.0.len()
     }

@@ -19,8 +19,8 @@ pub struct ObjectBuilder {
 
 impl Object {
     /// Starts an object for a [`SceneBuilder`](super::SceneBuilder). [`bsdf`](ObjectBuilder::bsdf)
-    /// sets the surface. By default an emitter is black, another object with an interior medium has
-    /// a null surface, and all others are diffuse with a reflectance of 0.5.
+    /// sets the surface. By default an emitter is black, and other objects with an interior medium
+    /// have a null surface. All others are diffuse with a reflectance of 0.5.
     pub fn builder(name: impl Into<String>, shape: impl Into<Shape>) -> ObjectBuilder {
         ObjectBuilder {
             name: name.into(),

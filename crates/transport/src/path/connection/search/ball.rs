@@ -14,10 +14,10 @@ use std::ops::ControlFlow;
 const BEHIND: f64 = 1e-3;
 
 impl Search<'_> {
-    /// True if the deterministic starts lead to every ray that is searched for, because only a ball
-    /// bends rays. `any` says whether the starts led to any ray. From inside to outside all rays
-    /// are known if the ball's index is constant. Inside the ball there is one ray if none is
-    /// reflected totally.
+    /// Returns true if the deterministic starts lead to every ray that is searched for, because
+    /// only a ball bends rays. `any` says whether the starts led to any ray. From inside to outside
+    /// all rays are known if the ball's index is constant. Inside the ball there is one ray if none
+    /// is reflected totally.
     pub(super) fn ball_has_all(&self, any: bool) -> bool {
         let Some(glass) = self.scene.bending_ball() else {
             return false;

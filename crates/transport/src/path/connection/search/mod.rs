@@ -95,12 +95,13 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// True if the deterministic starts lead to every ray; `any` says whether they led to any.
+    /// Returns true if the deterministic starts lead to every ray; `any` says whether they led to
+    /// any.
     pub(crate) fn has_all(&self, any: bool) -> bool {
         self.scene.is_straight() || self.ball_has_all(any) || any && self.is_unique()
     }
 
-    /// True if a proof shows that there is at most one ray.
+    /// Returns true if a proof shows that there is at most one ray.
     fn is_unique(&self) -> bool {
         let (ConnectionEnd::Point { position, .. }, Some(medium)) =
             (self.target.end, self.target.medium)
@@ -245,7 +246,7 @@ impl<'a> Search<'a> {
         (leaves && arrives && through && within).then_some(connection)
     }
 
-    /// True if the ray is within the reach of branches; see [`crate::path`].
+    /// Returns true if the ray is within the reach of branches; see [`crate::path`].
     fn within_reach(&self, ray: &ConnectingRay, pieces: &[Piece<MediumId>]) -> bool {
         let bounces = pieces.iter().filter(|p| p.is_reflected()).count() as u32;
         // Leave out the distance to a plane.
