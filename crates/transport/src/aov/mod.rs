@@ -82,7 +82,7 @@ impl AovTracer {
         all.filter_map(move |(aov, wanted)| (wanted && is_known(aov)).then_some(aov))
     }
 
-    /// Returns the names of its channels, in the order of [`Aov::ALL`].
+    /// Returns the names of all channels, in the order of [`Aov::ALL`].
     pub fn channels(&self) -> impl Iterator<Item = &'static str> {
         self.aovs().flat_map(|aov| aov.channels()).copied()
     }

@@ -35,7 +35,8 @@ pub enum Integrator {
     Path(PathTracer),
     /// Emitter subpaths, connected to the sensor.
     Particle(ParticleTracer),
-    /// Subpaths from both ends, connected in every way.
+    /// Bidirectional path tracing: subpaths from the sensor and from an emitter, with connections
+    /// between all of their vertices.
     Bdpt(Bdpt),
     /// Bidirectional path tracing, with merging of sensor vertices and light vertices.
     Vcm(Vcm),

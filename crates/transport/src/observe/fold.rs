@@ -82,7 +82,7 @@ pub(crate) struct FoldedEnd<'a, S> {
     pub state: S,
 }
 
-/// Quantity with its states along the subpaths of a sample.
+/// Accumulated quantity, with its states along the subpaths of a sample.
 #[derive(Clone, Debug)]
 pub(crate) struct Folded<F: Fold> {
     pub fold: F,

@@ -33,14 +33,14 @@ pub struct Photon {
     pub optical_length: f64,
     /// Index of the emitter.
     pub emitter: usize,
-    /// Index of its light subpath.
+    /// Index of the photon's light subpath.
     pub(crate) path: usize,
-    /// Index of its vertex on the subpath.
+    /// Index of the photon's vertex on the subpath.
     pub(crate) vertex: usize,
 }
 
 impl Photon {
-    /// Returns the phase function at its collision, for light that continues against the
+    /// Returns the phase function at the photon's collision, for light that continues against the
     /// `direction` of a sensor ray.
     pub(crate) fn phase(&self, scene: &Scene, direction: DVec3) -> Spectrum {
         match self.place {

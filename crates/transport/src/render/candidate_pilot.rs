@@ -36,13 +36,13 @@ const MISSING: f64 = 3.0;
 /// Sums over the samples of a tile, or of a cell of several tiles. Values are summed over channels.
 #[derive(Clone, Copy, Debug, Default)]
 struct Tile {
-    /// Pairs of samples of its pixels.
+    /// Number of pairs of samples of the pixels in the tile.
     pairs: f64,
-    /// Sum of these samples; `scatter` is the sum of the squared differences within pairs.
+    /// Sum of the samples; `scatter` is the sum of the squared differences within pairs.
     own: f64,
     scatter: f64,
-    /// Sum of the contributions to its pixels from any sample; `squares` is the sum of the squared
-    /// contributions of one path to one pixel.
+    /// Sum of the contributions of all samples to the tile's pixels. `squares` is the sum of the
+    /// squared contributions of one path to one pixel.
     splats: f64,
     squares: f64,
 }

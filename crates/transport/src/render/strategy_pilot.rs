@@ -57,7 +57,7 @@ pub(super) fn prepared(light: &LightSamples, groups: usize) -> Prepared {
     prepared
 }
 
-/// Contribution with its cell.
+/// Contribution, with the cell of the pixel that receives it.
 #[derive(Clone, Copy, Debug)]
 struct Find {
     cell: usize,

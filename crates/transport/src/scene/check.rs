@@ -45,7 +45,7 @@ pub struct SceneProblem {
     pub subject: Subject,
     /// Description of the problem.
     pub message: String,
-    /// Description of its solution.
+    /// Description of the solution of the problem.
     pub help: String,
 }
 

@@ -41,7 +41,7 @@ pub struct TracePoint {
 pub struct Path {
     /// Points of the ray; the first is its start.
     pub points: Vec<TracePoint>,
-    /// Reason why it ended.
+    /// Reason why the ray ended.
     pub ending: TraceEnding,
 }
 

@@ -399,9 +399,9 @@ struct Line {
 /// Part of an arc within a cell.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Piece {
-    /// θ at its start and end.
+    /// θ at the start and the end of the piece.
     theta: [f64; 2],
-    /// Arc lengths at its start and end.
+    /// Arc lengths at the start and the end of the piece.
     lengths: [f64; 2],
 }
 

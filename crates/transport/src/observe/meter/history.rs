@@ -67,7 +67,7 @@ impl HistoryRegions {
 /// History of a particle in one region.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct RegionHistory {
-    /// Geometric length of its path.
+    /// Geometric length of the particle's path in the region.
     pub length: f64,
     /// Number of scattering events.
     pub scatterings: f64,

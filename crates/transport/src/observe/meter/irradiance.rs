@@ -25,9 +25,9 @@ pub struct Cosines {
 /// closed shape. Side 1 is the opposite.
 #[derive(Clone, Debug)]
 pub struct IrradianceMeter {
-    /// Surfaces at which it measures: of different objects, at least one.
+    /// Surfaces at which the meter measures, at least one, each of another object.
     pub surfaces: Vec<MeterSurface>,
-    /// Light that it accepts.
+    /// Light that the meter accepts.
     pub acceptance: Acceptance,
     /// Bins of position.
     pub positions: Positions,
@@ -44,8 +44,8 @@ pub struct IrradianceMeter {
     pub tagged: bool,
     /// Sidebands into which power is separated by the phase shift from sound, if it is.
     pub sidebands: Option<Sidebands>,
-    /// True if it measures the [Stokes parameters](crate::polarization) of light. The first axis of
-    /// their frame is perpendicular to the direction of the light and to the [y
+    /// True if the meter measures the [Stokes parameters](crate::polarization) of light. The first
+    /// axis of their frame is perpendicular to the direction of the light and to the [y
     /// axis](crate::shape::Shape::y_axis) of the shape.
     pub stokes: bool,
 }
@@ -81,7 +81,7 @@ impl Cosines {
 }
 
 impl IrradianceMeter {
-    /// Returns true if any of its surfaces is a face of a volume of voxels.
+    /// Returns true if any of the meter's surfaces is a face of a volume of voxels.
     pub(super) fn measures_faces_of(&self, volume: &VoxelVolume) -> bool {
         self.surfaces.iter().any(|s| volume.has_face(s.object))
     }
@@ -252,7 +252,8 @@ impl IrradianceMeter {
         Some(side)
     }
 
-    /// Returns the bin of light on its side; `None` outside the range of optical lengths.
+    /// Returns the bin of light among the bins of one side; `None` outside the range of optical
+    /// lengths.
     fn bin(&self, passing: &Passing) -> Option<usize> {
         let length = self
             .optical_length

@@ -48,8 +48,8 @@ struct Crossing {
     left: f64,
     /// Fraction of the line at the next face along each axis.
     next: DVec3,
-    /// Fraction of the line where it enters this cell; `leave` is the fraction where it leaves the
-    /// grid.
+    /// Fraction of the line at which it enters the current cell; `leave` is the fraction at which
+    /// it leaves the grid.
     from: f64,
     leave: f64,
 }

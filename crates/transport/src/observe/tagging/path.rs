@@ -18,7 +18,7 @@ pub(crate) struct PathModulation {
 }
 
 impl PathModulation {
-    /// Returns the sum of both amplitudes.
+    /// Returns the sum of the two amplitudes.
     pub(crate) fn total(&self) -> DVec2 {
         self.index + self.displacement
     }

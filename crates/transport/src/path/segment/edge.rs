@@ -52,7 +52,7 @@ impl Start {
 pub enum TransportMode {
     /// Basic radiance, towards its sources.
     Radiance,
-    /// Importance, away from its source.
+    /// Importance along a light subpath, away from the emitter.
     Importance,
 }
 

@@ -154,7 +154,7 @@ pub(crate) struct Continuation {
     pub v: DVec3,
     /// Medium in which the ray continues.
     pub medium: MediumId,
-    /// True if the ray stays on its side of the surface.
+    /// True if the ray continues on the side of the surface from which it came.
     pub is_reflection: bool,
 }
 
