@@ -55,17 +55,17 @@ impl Aabb {
         }
     }
 
-    /// True if no point lies inside.
+    /// Returns true if no point lies inside.
     pub fn is_empty(&self) -> bool {
         !(self.min.cmple(self.max).all())
     }
 
-    /// True if `p` lies inside or on the boundary.
+    /// Returns true if `p` lies inside or on the boundary.
     pub fn contains(&self, p: DVec3) -> bool {
         p.cmpge(self.min).all() && p.cmple(self.max).all()
     }
 
-    /// True if the two boxes share a point.
+    /// Returns true if the two boxes share a point.
     pub fn overlaps(&self, other: &Aabb) -> bool {
         self.min.cmple(other.max).all() && other.min.cmple(self.max).all()
     }
@@ -78,22 +78,22 @@ impl Aabb {
         }
     }
 
-    /// Midpoint.
+    /// Returns the midpoint of the box.
     pub fn center(&self) -> DVec3 {
         0.5 * (self.min + self.max)
     }
 
-    /// Edge lengths.
+    /// Returns the lengths of the edges.
     pub fn size(&self) -> DVec3 {
         self.max - self.min
     }
 
-    /// Length of the space diagonal.
+    /// Returns the length of the box's space diagonal.
     pub fn diagonal(&self) -> f64 {
         self.size().length()
     }
 
-    /// The eight corners.
+    /// Returns the eight corners of the box.
     pub fn corners(&self) -> [DVec3; 8] {
         std::array::from_fn(|i| {
             DVec3::new(
@@ -109,7 +109,8 @@ impl Aabb {
         p.clamp(self.min, self.max)
     }
 
-    /// Range [min, max] of d·x over the points x of the box; exact, also for unbounded boxes.
+    /// Returns the range [min, max] of d·x over the points x of the box; exact, also for unbounded
+    /// boxes.
     pub fn project(&self, d: DVec3) -> [f64; 2] {
         (0..3).fold([0.0; 2], |[low, high], i| {
             let (a, b) = (mul(d[i], self.min[i]), mul(d[i], self.max[i]));
@@ -117,12 +118,12 @@ impl Aabb {
         })
     }
 
-    /// Smallest distance from `p` to a point of the box.
+    /// Returns the smallest distance from `p` to a point of the box.
     pub fn nearest_distance(&self, p: DVec3) -> f64 {
         (p - self.clamp(p)).length()
     }
 
-    /// Largest distance from `p` to a point of the box.
+    /// Returns the largest distance from `p` to a point of the box.
     pub(crate) fn farthest_distance(&self, p: DVec3) -> f64 {
         (p - self.min).abs().max((p - self.max).abs()).length()
     }
@@ -148,7 +149,7 @@ pub struct FieldBounds {
 }
 
 impl FieldBounds {
-    /// Bounds of the constant field n² = `n2`.
+    /// Returns the bounds of the constant field n² = `n2`.
     pub fn constant(n2: f64) -> Self {
         FieldBounds {
             n2_min: n2,
@@ -170,12 +171,12 @@ impl FieldBounds {
         }
     }
 
-    /// Smallest index n; NaN where the lower bound of n² is negative.
+    /// Returns the smallest index n; NaN where the lower bound of n² is negative.
     pub fn n_min(&self) -> f64 {
         self.n2_min.sqrt()
     }
 
-    /// Largest index n.
+    /// Returns the largest index n.
     pub fn n_max(&self) -> f64 {
         self.n2_max.sqrt()
     }
@@ -190,7 +191,8 @@ impl FieldBounds {
         }
     }
 
-    /// Upper bound (≥ 0) of the largest eigenvalue of −Hess ln n = −Hess n²/(2n²) + ∇n²⊗∇n²/(2n⁴).
+    /// Returns an upper bound (≥ 0) of the largest eigenvalue of −Hess ln n = −Hess n²/(2n²) +
+    /// ∇n²⊗∇n²/(2n⁴).
     pub fn neg_hess_ln_n(&self) -> f64 {
         let kappa = self.kappa();
         // Keep NaN, instead of zero, if nothing is known of the Hessian.
@@ -259,9 +261,9 @@ fn product(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
     ]
 }
 
-/// Eigenvalues of a symmetric matrix in ascending order, by cyclic Jacobi rotations. Unlike the
-/// closed form, rotations keep full accuracy when eigenvalues coincide, as they do on axes of
-/// symmetry.
+/// Returns the eigenvalues of a symmetric matrix in ascending order, by cyclic Jacobi rotations.
+/// Unlike the closed form, rotations keep full accuracy when eigenvalues coincide, as they do on
+/// axes of symmetry.
 pub fn symmetric_eigenvalues(m: DMat3) -> [f64; 3] {
     // Each sweep squares the relative size of the off-diagonal entries, so that six sweeps suffice.
     let mut a = m;
@@ -292,9 +294,9 @@ fn jacobi_rotation(a: DMat3, p: usize, q: usize) -> DMat3 {
     r.transpose() * a * r
 }
 
-/// Conservative range of the eigenvalues of all symmetric matrices with entries between `low` and
-/// `high`. It consists of the eigenvalues of the middle matrix, widened by the largest eigenvalue
-/// of the radius matrix (Weyl's inequality and Perron–Frobenius).
+/// Returns a conservative range of the eigenvalues of all symmetric matrices with entries between
+/// `low` and `high`. It consists of the eigenvalues of the middle matrix, widened by the largest
+/// eigenvalue of the radius matrix (Weyl's inequality and Perron–Frobenius).
 pub(crate) fn interval_eigenvalues(low: DMat3, high: DMat3) -> [f64; 2] {
     let [min, _, max] = symmetric_eigenvalues((low + high) * 0.5);
     let [_, _, radius] = symmetric_eigenvalues((high - low) * 0.5);

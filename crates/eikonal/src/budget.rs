@@ -1,7 +1,7 @@
 //! Limits on the work of one ray and of one connection.
 //!
-//! The limits end computations that would not end by themselves, or not in reasonable time. Reports
-//! count every computation that was abandoned, because its light is missing.
+//! The limits end computations that would take too long or for ever. Reports count every
+//! computation that was abandoned, because its light is missing.
 
 /// Maximum number of steps of a ray, or of the part of a path between two vertices. Rays across a
 /// lens take about ten steps, rays through the finest grids thousands. More steps are taken only by

@@ -28,30 +28,30 @@ impl Uniqueness {
         }
     }
 
-    /// Bounds of the field over the medium.
+    /// Returns the bounds of the field over the medium.
     pub fn bounds(&self) -> &FieldBounds {
         &self.bounds
     }
 
-    /// Length of the longest possible arc of a ray inside the medium; infinite if the bounds do not
-    /// limit it.
+    /// Returns the length of the longest possible arc of a ray inside the medium; infinite if the
+    /// bounds do not limit it.
     pub fn longest_ray(&self) -> f64 {
         longest_arc(self.bounds.kappa(), self.diameter)
     }
 
-    /// True if every pair of points of the medium is connected by at most one ray that stays
-    /// inside.
+    /// Returns true if every pair of points of the medium is connected by at most one ray that
+    /// stays inside.
     pub fn whole_medium(&self) -> bool {
         self.criterion() < 1.0
     }
 
     /// Returns n_max·ℓ·√K/π of the whole medium. The medium is certified below one; weaker fields
-    /// give smaller values. Infinite if the bounds do not limit it.
+    /// give smaller values. Returns infinity if the bounds do not limit the length of rays.
     pub fn criterion(&self) -> f64 {
         criterion(&self.bounds, self.longest_ray())
     }
 
-    /// True if at most one ray that stays inside connects `x` and `y`.
+    /// Returns true if at most one ray that stays inside connects `x` and `y`.
     ///
     /// No ray of the medium is longer than π/κ ([`Uniqueness::longest_ray`]). Schur's comparison
     /// therefore bounds the rays of this pair by the distance between `x` and `y`. Geodesics of at
@@ -68,8 +68,8 @@ impl Uniqueness {
     }
 }
 
-/// Maximum length of an arc of curvature at most `kappa` over a chord `d`, by Schur's comparison:
-/// the length of the circular arc, provided that κd < 2. Infinite otherwise.
+/// Returns the maximum length of an arc of curvature at most `kappa` over a chord `d`, by Schur's
+/// comparison: the length of the circular arc, provided that κd < 2. Returns infinity otherwise.
 fn longest_arc(kappa: f64, d: f64) -> f64 {
     if kappa == 0.0 {
         d
@@ -80,8 +80,9 @@ fn longest_arc(kappa: f64, d: f64) -> f64 {
     }
 }
 
-/// Ratio of the two sides of Klingenberg's criterion n_max·ℓ < π/√K for the optical metric. The
-/// sectional curvature K of the optical metric is at most 2·max(0, −λ_min(Hess ln n))/n².
+/// Returns the ratio of the two sides of Klingenberg's criterion n_max·ℓ < π/√K for the optical
+/// metric. The sectional curvature K of the optical metric is at most 2·max(0, −λ_min(Hess ln
+/// n))/n².
 fn criterion(bounds: &FieldBounds, longest: f64) -> f64 {
     if !(bounds.n2_min > 0.0 && longest.is_finite()) {
         return f64::INFINITY;

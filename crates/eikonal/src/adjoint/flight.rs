@@ -99,8 +99,8 @@ impl Flight {
         &self.spans
     }
 
-    /// Traces the ray from `x` with velocity `v` to the first surface, or to the end of the step on
-    /// which it reaches the length limit.
+    /// Traces the ray from `x` with velocity `v` to the first surface. Without a surface, it ends
+    /// with the step that reaches the length limit.
     ///
     /// # Errors
     ///
@@ -156,8 +156,8 @@ impl Flight {
         }
     }
 
-    /// Returns the point at an arc length of the flight traced last, the index of its step, and the
-    /// span from the start of this step.
+    /// Returns the point at an arc length of the last traced flight, the index of the step that
+    /// contains it, and the span from the start of this step.
     pub fn at(&self, field: &Field, resolved: bool, length: f64) -> (FlightPoint, usize, f64) {
         let beyond = self.nodes.partition_point(|n| n.variation.0 <= length);
         let step = beyond.saturating_sub(1);
@@ -177,7 +177,7 @@ impl Flight {
     }
 }
 
-/// True if a flight is one straight step that needs only the value of the index.
+/// Returns true if a flight is one straight step that needs only the value of the index.
 pub(super) fn is_line(field: &Field, resolved: bool, [x, v]: [DVec3; 2]) -> bool {
     field.is_constant() && !(resolved && field.resolved_span(x, v).is_finite())
 }

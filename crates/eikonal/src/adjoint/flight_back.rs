@@ -61,15 +61,15 @@ impl FlightAdjoint {
         (adjoint, by_length)
     }
 
-    /// Derivative with respect to the span of σ up to this point.
+    /// Returns the derivative with respect to the span of σ up to this point.
     fn by_span(&self, field: &Field) -> f64 {
         let (n2, grad) = field.gradient(self.x);
         let by = &self.by;
         by.x.dot(self.v) + by.v.dot(grad) * 0.5 + by.length * n2.sqrt()
     }
 
-    /// Goes back over the steps of a flight, the last first. Passes derivatives with respect to the
-    /// field to `sink`.
+    /// Goes back over the steps of a flight, starting with the last step. Passes derivatives with
+    /// respect to the field to `sink`.
     pub fn back(
         &mut self,
         field: &Field,
@@ -126,8 +126,8 @@ impl FlightAdjoint {
         self.by.x += jet.hess * self.by.v * (0.5 * h) + jet.grad * by_n2;
     }
 
-    /// Ends at the start of a flight in a unit direction, v = n·direction: returns the derivative
-    /// with respect to position and direction.
+    /// Ends the sweep at the start of a flight in a unit direction, where v = n·direction. Returns
+    /// the derivative with respect to position and direction.
     pub fn start(
         &self,
         field: &Field,

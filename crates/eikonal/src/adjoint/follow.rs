@@ -203,8 +203,8 @@ impl<'w, W: World> AdjointRay<'w, W> {
         }
     }
 
-    /// Returns the end of a step that meets the receiver or a surface, the span up to there, and
-    /// what it meets. `None` if it meets neither.
+    /// Returns the end of a step at the receiver or a surface, the span up to there, and the
+    /// receiver or surface. Returns `None` if the step meets neither.
     fn met(
         &self,
         region: W::Region,

@@ -179,7 +179,7 @@ impl Changed {
     }
 }
 
-/// Change of the velocity behind a surface with n² on the near and on the far side.
+/// Returns the change of the velocity behind a surface with n² on the near and on the far side.
 fn of_indices<R>(interface: &Interface, passed: &Passed<R>, [near, far]: [f64; 2]) -> DVec3 {
     let (normal, after) = (interface.normal, passed.after);
     match passed.rule {

@@ -40,7 +40,7 @@ impl Layout<'_> {
         }
     }
 
-    /// Number of surfaces with respect to which derivatives are computed.
+    /// Returns the number of surfaces with respect to which derivatives are computed.
     pub fn surface_count(&self) -> usize {
         match self {
             Layout::Boxed(_) => 0,

@@ -64,14 +64,14 @@ impl Quadric {
         None
     }
 
-    /// True if a point lies on the sheet that counts.
+    /// Returns true if a point lies on the sheet of the quadric that belongs to the surface.
     fn holds(&self, x: DVec3) -> bool {
         let [alpha, beta, gamma, _] = self.form;
         let z = self.axis.dot(x - self.point);
         gamma == 0.0 || (2.0 * (alpha + beta) * z + gamma) * gamma > 0.0
     }
 
-    /// Gradient ∇F.
+    /// Returns the gradient ∇F.
     fn gradient(&self, x: DVec3) -> DVec3 {
         let [alpha, beta, gamma, _] = self.form;
         let d = x - self.point;

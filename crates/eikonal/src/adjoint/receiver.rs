@@ -61,7 +61,7 @@ fn plane(arc: &Arc, point: DVec3, normal: DVec3) -> Option<Met> {
     Some(Met::at(arc, theta, normal))
 }
 
-/// Distance by which round-off may put the end of a step beyond a face.
+/// Returns the distance by which round-off may put the end of a step beyond a face.
 fn reach(region: &Aabb) -> f64 {
     ROUND_OFF * region.diagonal()
 }

@@ -85,9 +85,8 @@ pub(super) struct Adjoint {
 }
 
 impl<W: World> AdjointRay<'_, W> {
-    /// Takes the derivative of a loss with respect to the end of the ray traced last back to its
-    /// start. Passes derivatives with respect to the fields on the way to `sink`. `None` if the ray
-    /// has no end.
+    /// Takes the derivative of a loss back from the end of the last traced ray to its start. Passes
+    /// derivatives with respect to the fields to `sink`. Returns `None` if the ray has no end.
     pub fn pull_back(
         &self,
         loss: &EndDerivative,
@@ -208,8 +207,8 @@ impl Adjoint {
         // Planted error "derivatives of rays that pass surfaces unchanged", found by morgana-eikonal/eikonal::adjoint::surfaces::rays_through_balls_and_planes:
         // let (by_x, by_v) = (self.by_x, self.by_v);
         let (by_x, by_v) = self.transposed(interface, *rule, *before);
-        // Add the change of the optical length by (v − v′)·δx_h, where δx_h = δx + v (w −
-        // N·δx)/(N·v) is on the surface, moved by w.
+        // Add the change of the optical length by (v − v′)·δx_h. The point moves by δx_h = δx + v
+        // (w − N·δx)/(N·v) on the surface, which moves by w.
         let turned = (*before - *after) * self.by_length;
         let normal = interface.normal;
         let slide = before.dot(turned) / normal.dot(*before);
@@ -228,8 +227,8 @@ impl Adjoint {
         };
     }
 
-    /// Returns the derivatives with respect to n² on the near and on the far side, from the
-    /// derivative with respect to the velocity behind the surface.
+    /// Converts the derivative with respect to the velocity behind the surface to derivatives with
+    /// respect to n² on the near and on the far side.
     pub(super) fn by_indices(
         &self,
         interface: &Interface,

@@ -75,7 +75,7 @@ impl<'a> Sequence<'a> {
         self.media
     }
 
-    /// Returns the reason why a ray with these segments has no end, or has not passed all elements.
+    /// Returns the reason why a ray with these segments has no end or did not pass all elements.
     pub(super) fn verdict(&self, legs: &[Leg<usize>], has_end: bool) -> Result<(), RayFailure> {
         for passed in legs.iter().filter_map(|leg| leg.passed) {
             match self.elements[passed.surface] {

@@ -62,7 +62,7 @@ impl World for BallLens {
     }
 }
 
-/// Sinks of both regions.
+/// Sinks for the derivatives with respect to the fields of both regions.
 struct Both<'a>([ParameterDerivative<'a, usize>; 2]);
 
 impl IndexSink<usize> for Both<'_> {
@@ -170,7 +170,7 @@ fn forward(ray: &AdjointRay<BallLens>, by: &Perturbation) -> (DVec3, DVec3, f64)
     (dx, dv + a * span, ds + v.dot(dx))
 }
 
-/// Change of the velocity after an interface with n² on either side, by a difference of
+/// Returns the change of the velocity after an interface with n² on either side, by a difference of
 /// [`Interface::velocity`].
 fn of_indices(interface: &Interface, rule: Rule, before: DVec3, change: [f64; 2]) -> DVec3 {
     let after = |step: f64| {
@@ -281,8 +281,8 @@ fn reverse_mode_is_the_transpose_of_forward_mode() {
     assert!(passed > 100, "{passed} surfaces");
 }
 
-/// A lens of graded glass between a conic and a sphere, with a stop inside, followed by a cylinder
-/// and a plane.
+/// Returns a lens of graded glass between a conic and a sphere, with a stop inside, followed by a
+/// cylinder and a plane.
 fn train() -> ([SequenceElement; 5], [Field; 5]) {
     let cube = Aabb::new(DVec3::splat(-1.5), DVec3::splat(1.5));
     let waves = |x: DVec3| 1.5 + 0.03 * (2.0 * x.x + x.y).sin() * (1.5 * x.z - 0.5 * x.y).cos();

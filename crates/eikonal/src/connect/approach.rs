@@ -50,7 +50,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         Some((nearest.start(family, region), nearest.direction))
     }
 
-    /// Tolerance of rays traced to find initial guesses.
+    /// Returns the tolerance of rays traced to find initial guesses.
     pub(super) fn scouting(&self) -> Tolerance {
         Tolerance::new(self.tolerance().get().max(SCOUT))
     }

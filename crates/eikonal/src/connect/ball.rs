@@ -55,12 +55,12 @@ pub enum Outside {
 }
 
 impl Ball {
-    /// True if the point `x` lies inside.
+    /// Returns true if the point `x` lies inside.
     pub fn contains(&self, x: DVec3) -> bool {
         x.distance_squared(self.center) < self.radius * self.radius
     }
 
-    /// True if every ray through the inner point `x` leaves the ball.
+    /// Returns true if every ray through the inner point `x` leaves the ball.
     pub fn lets_out(&self, x: DVec3) -> bool {
         self.ratio * x.distance(self.center) <= self.radius
     }
@@ -144,7 +144,7 @@ impl Turn {
     }
 
     /// Solves for the place where a function that rises from 0 over an interval reaches `goal` > 0,
-    /// by Newton's method with bisection as safeguard. `None` if it does not reach `goal`.
+    /// by Newton's method with bisection as safeguard. Returns `None` if it does not reach `goal`.
     fn rise(&self, [mut low, mut high]: [f64; 2], goal: f64) -> Option<f64> {
         let top = self.at(high).0;
         if goal > top + ROUND_OFF {

@@ -1,5 +1,5 @@
-//! Primary branches, found from the chord, which is bent by the only field on it that bends rays
-//! (docs/theory.md#collocation).
+//! Primary branches. The initial guess is the chord, bent by the field on the chord if only one
+//! field bends rays (docs/theory.md#collocation).
 
 use super::bend::{BentChord, Guess, bent};
 use super::collocate::{Collocation, collocated};
@@ -14,8 +14,8 @@ use crate::interface::Rule;
 use crate::ray::Arc;
 use glam::DVec3;
 
-/// Largest change of the initial direction by a further round at which the guess is accurate
-/// enough, in units of the tolerance.
+/// Accuracy of a guess, in units of the tolerance: the largest change of its initial direction by a
+/// further round.
 const ENOUGH: f64 = 3.0;
 /// Maximum number of pieces of a chord that are examined.
 const MOST_PIECES: usize = 8;
@@ -25,9 +25,9 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     /// `family` must point along the chord.
     ///
     /// If only one field lies between two points and bends the ray mildly, collocation finds the
-    /// branch. Otherwise Newton's method converges to it from an initial guess along the chord,
-    /// refracted wherever that is possible. The guess is bent as the field bends rays if exactly
-    /// one region on the chord does, and interfaces on the chord are index-matched by declaration.
+    /// branch. Otherwise Newton's method finds it from an initial guess along the chord, refracted
+    /// wherever refraction is possible. The guess is bent if exactly one region on the chord bends
+    /// rays, and all interfaces on the chord are index-matched by declaration.
     ///
     /// # Errors
     ///
@@ -68,8 +68,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         found
     }
 
-    /// Returns the branch from `x` to `y` by collocation, and stores its pieces, if it stays within
-    /// the region.
+    /// Returns the branch from `x` to `y` by collocation, and stores its pieces. Returns `None` if
+    /// the branch leaves the region.
     fn collocated<W: World<Region = R>>(
         &mut self,
         world: &W,
@@ -157,9 +157,9 @@ fn is_plane<R>(start: &InitialGuess<R>) -> bool {
     matches!(start.family, RayFamily::Plane { .. })
 }
 
-/// Finds the only region on the chord from `start` to `y` whose field bends rays, with the chord
-/// and its part in this region. `None` if no region or more than one bends rays, or if an interface
-/// refracts.
+/// Finds the only region on the chord from `start` to `y` with a field that bends rays. Returns the
+/// region, the chord, and its part in the region. Returns `None` if no region or more than one
+/// bends rays, or if an interface refracts.
 fn only_bending_region<W: World>(
     world: &W,
     start: DVec3,

@@ -1,12 +1,12 @@
 //! Initial guesses for Newton's method: the chord between two points, bent by the field.
 //!
 //! Let z be the distance along the chord, from 0 to d. A ray is displaced from the chord by u(z),
-//! with u″ = (1 + u′²)(g⊥ − u′g∥), g = ∇ ln n, and u = 0 at both ends. The equation is solved by
-//! collocation at the nodes of Gauss–Legendre quadrature, and iteration from u = 0. Rough guesses
-//! use few nodes. The first round is first-order perturbation theory. Only gradients are needed,
-//! and the evaluations in a round are independent of one another. Where only a part of the chord
-//! bends rays, the nodes lie in this part, and the ray is straight outside. A ray from a plane
-//! starts with u′ = 0 instead.
+//! with u″ = (1 + u′²)(g⊥ − u′g∥), g = ∇ ln n, and u = 0 at both ends. Iteration from u = 0 solves
+//! the equation by collocation at the nodes of Gauss–Legendre quadrature. Rough guesses use few
+//! nodes. The first round is first-order perturbation theory. Only gradients are needed, and the
+//! evaluations in a round are independent of one another. Where only a part of the chord bends
+//! rays, the nodes lie in this part, and the ray is straight outside. A ray from a plane starts
+//! with u′ = 0 instead.
 //!
 //! Theory: docs/theory.md#the-bent-chord.
 
@@ -27,7 +27,7 @@ const ROUGH: f64 = 1e-4;
 const COARSE: QuadratureRule<4> = QuadratureRule::new();
 const FINE: QuadratureRule<5> = QuadratureRule::new();
 
-/// A straight line, one part of which bends rays.
+/// Straight line, with the part in which the field bends rays.
 pub(super) struct BentChord {
     /// Start of the line.
     pub x: DVec3,

@@ -32,7 +32,7 @@ pub struct ConnectingRay {
 }
 
 impl ConnectingRay {
-    /// True if two connections between the same ends are the same ray.
+    /// Returns true if two connections between the same ends are the same ray.
     ///
     /// Their directions at the start must agree to `angle` (radians), and so must their starts,
     /// seen from the distance of the arc length. Their optical path lengths must agree to the

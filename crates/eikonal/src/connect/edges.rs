@@ -24,15 +24,15 @@ const SIDES: i32 = 13;
 /// Fraction of the reach in which the events of two rays must agree. Events in the last part may
 /// lie beyond the reach of a neighbouring ray.
 const SURE: f64 = 0.8;
-/// Maximum number of edges that are refined. Where many surfaces scatter rays there are edges
-/// everywhere, and this number of them suffices.
+/// Maximum number of edges that are refined. Where many surfaces scatter rays, almost all
+/// directions are close to edges, and a part of the edges suffices.
 const MOST_EDGES: usize = 400;
 
-/// Interfaces that a ray meets: optical length before the interface, its surface, and the event
-/// there.
+/// Interfaces that a ray meets. Each entry holds the optical length up to the interface, its
+/// surface, and the event there.
 type History = Vec<(f64, usize, Rule)>;
 
-/// True if two rays have the same events, except near the end of their reach.
+/// Returns true if two rays have the same events, except near the end of their reach.
 fn same(a: &History, b: &History, reach: &Reach) -> bool {
     let (short, long) = if a.len() < b.len() { (a, b) } else { (b, a) };
     let (common, more) = long.split_at(short.len());
@@ -42,8 +42,9 @@ fn same(a: &History, b: &History, reach: &Reach) -> bool {
 
 impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     /// Returns directions that accumulate at the edges between rays from `x` in `region` that meet
-    /// different interfaces, or leave them differently. At an edge, rays bend infinitely fast with
-    /// their direction, so that an even grid finds few of the branches close to it.
+    /// different interfaces, or leave them differently. At an edge, the derivative of a ray with
+    /// respect to its direction is infinite. An even grid of directions therefore finds few of the
+    /// branches close to an edge.
     pub(super) fn edges<W: World<Region = R>>(
         &mut self,
         world: &W,

@@ -24,14 +24,14 @@ pub enum RayFamily {
 }
 
 impl RayFamily {
-    /// Start of the ray.
+    /// Returns the start of the ray.
     pub fn x(&self) -> DVec3 {
         match *self {
             RayFamily::Point { x, .. } | RayFamily::Plane { x, .. } => x,
         }
     }
 
-    /// Unit direction of the ray at its start.
+    /// Returns the unit direction of the ray at its start.
     pub fn direction(&self) -> DVec3 {
         match *self {
             RayFamily::Point { direction, .. } | RayFamily::Plane { direction, .. } => direction,
@@ -69,8 +69,8 @@ impl RayFamily {
         }
     }
 
-    /// Distance between the ends of straight rays of length `arc_length`, per unit of the
-    /// parameters.
+    /// Returns the distance between the ends of straight rays of length `arc_length`, per unit of
+    /// the parameters.
     pub(super) fn spread(&self, arc_length: f64) -> f64 {
         match self {
             RayFamily::Point { .. } => arc_length,
@@ -78,8 +78,8 @@ impl RayFamily {
         }
     }
 
-    /// Largest change of the parameters that one Newton step may make, for a target at distance
-    /// `d`.
+    /// Returns the largest change of the parameters that one Newton step may make, for a target at
+    /// distance `d`.
     pub(super) fn longest_step(&self, d: f64) -> f64 {
         match self {
             RayFamily::Point { .. } => 0.5,

@@ -54,12 +54,12 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Guide<R> {
         Ok(Guide { start, legs })
     }
 
-    /// Initial guess that this ray follows.
+    /// Returns the initial guess that this ray follows.
     pub fn start(&self) -> &InitialGuess<R> {
         &self.start
     }
 
-    /// The pieces of the ray, in order.
+    /// Returns the pieces of the ray, in order.
     pub fn pieces(&self) -> impl Iterator<Item = &Piece<R>> {
         self.legs.iter().map(|(leg, _)| &leg.piece)
     }

@@ -155,14 +155,14 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         starts
     }
 
-    /// True if the branch solved for last lies within `reach`.
+    /// Returns true if the branch solved for last lies within `reach`.
     fn within(&self, branch: &ConnectingRay, reach: &Reach) -> bool {
         let bounces = self.pieces().iter().filter(|p| p.is_reflected()).count();
         let reflections = branch.pattern.reflections();
         reach.includes(branch.optical_length, reflections, bounces as u32)
     }
 
-    /// True if two connections between the same ends are one branch, as far as rays of this
+    /// Returns true if two connections between the same ends are one branch, as far as rays of this
     /// tolerance can show. They may differ by 1e-4 in direction (radians) and in relative optical
     /// path length, or by 100 times the tolerance if that is more.
     pub fn is_same_branch(&self, a: &ConnectingRay, b: &ConnectingRay) -> bool {

@@ -76,8 +76,9 @@ fn damped(normal: &DMat3, damping: f64) -> DMat3 {
     (*normal + DMat3::from_diagonal(normal.diagonal() * damping)).inverse()
 }
 
-/// Derivative of the ray's end with respect to the parameters of the family and the optical path
-/// length. At equal optical length the tangents are perpendicular to the ray (Malus and Dupin).
+/// Returns the derivative of the ray's end with respect to the parameters of the family and the
+/// optical path length. At equal optical length the tangents are perpendicular to the ray (Malus
+/// and Dupin).
 pub(super) fn system(end_state: &EndState) -> DMat3 {
     let n2 = end_state.v.length_squared();
     let across = |dx: DVec3| dx - end_state.v * (end_state.v.dot(dx) / n2);

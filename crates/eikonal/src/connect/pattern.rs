@@ -17,7 +17,7 @@ impl Pattern {
     /// by choice.
     pub const ENCOUNTERS: u32 = u32::BITS;
 
-    /// True if the ray is reflected at encounter `i`.
+    /// Returns true if the ray is reflected at encounter `i`.
     pub fn reflects(self, i: u32) -> bool {
         i < Self::ENCOUNTERS && self.0 >> i & 1 == 1
     }
@@ -28,12 +28,12 @@ impl Pattern {
         (i < Self::ENCOUNTERS).then(|| Pattern(self.0 | 1 << i))
     }
 
-    /// Last encounter at which the ray is reflected; `None` if there is none.
+    /// Returns the last encounter at which the ray is reflected; `None` if there is none.
     pub(super) fn last(self) -> Option<u32> {
         self.0.checked_ilog2()
     }
 
-    /// Number of reflections.
+    /// Returns the number of reflections.
     pub fn reflections(self) -> u32 {
         self.0.count_ones()
     }

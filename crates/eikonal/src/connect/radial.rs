@@ -1,5 +1,5 @@
-//! All rays to points outside a ball from points outside or inside. The index outside is constant;
-//! the index inside depends, at least nearly, on the distance from the centre alone.
+//! All rays to points outside a ball, from points outside or inside the ball. The index outside is
+//! constant. The index inside depends only on the distance from the centre, at least approximately.
 //!
 //! Along a ray, b = n·r·sin(angle to the radius) is constant (Bouguer's formula). Let q = n·r,
 //! which must grow with r (Q at the surface), w = d ln r/d ln q, and T = ±√(q² − b²), negative
@@ -8,16 +8,16 @@
 //!
 //! Ψ = ∫ b w/q² dT, L = ∫ w dT.
 //!
-//! The integrals are the closed forms of straight lines where w = 1. At the centre, w − 1 vanishes
-//! as q². At the surface, it is at most as large as 1/y, y = √(1 − q²/Q²), even if q has its
-//! maximum there, as in Luneburg's lens. With h = y (w − 1)/q², and s = T/T_max = 1 − (1 − s₀)u²,
-//! the remainder from s₀ ≥ 0 to the surface is
+//! For w = 1, the integrals are the closed forms of straight lines. At the centre, w − 1 vanishes
+//! as q². At the surface, it is at most of the order of 1/y, y = √(1 − q²/Q²), even if q has its
+//! maximum there, as in Luneburg's lens. Let h = y (w − 1)/q² and s = T/T_max = 1 − (1 − s₀)u². The
+//! difference from straight lines, from s₀ ≥ 0 to the surface, is
 //!
 //! 2bQ√(1 − s₀) ∫ h/√(1 + s) du and 2Q√(1 − s₀) ∫ q² h/√(1 + s) du, 0 < u < 1, y = (T_max/Q) √(1 −
 //! s²),
 //!
-//! so that Gauss's rule integrates smooth functions only. A field that is not quite radial is
-//! replaced by its mean over spheres; the results are then first guesses of its rays.
+//! so that Gauss's rule integrates smooth functions only. For a field that is not exactly radial,
+//! the mean over spheres replaces the field. The results are then initial guesses of its rays.
 //!
 //! Theory: docs/theory.md#through-a-lens.
 
@@ -43,9 +43,9 @@ const ROUNDS: usize = 40;
 /// Number of halvings of an interval in which angles turn back.
 const HALVINGS: usize = 6;
 /// Largest miss, in radians, of a ray that is kept as a candidate, per relative deviation of n²
-/// from its mean over spheres. The actual field may have this ray.
+/// from its mean over spheres. A ray of the actual field may lie close to it.
 const SLACK_PER_DEVIATION: f64 = 4.0;
-/// Smallest miss up to which candidates are kept, in radians.
+/// Miss up to which candidates are always kept, in radians.
 const SLACK: f64 = 1e-4;
 
 static RULE: QuadratureRule<10> = QuadratureRule::new();
@@ -163,12 +163,12 @@ impl RadialBall {
         })
     }
 
-    /// Largest relative deviation of n² from its mean over spheres.
+    /// Returns the largest relative deviation of n² from its mean over spheres.
     pub fn deviation(&self) -> f64 {
         self.deviation
     }
 
-    /// Largest miss of candidates; see [`SLACK_PER_DEVIATION`].
+    /// Returns the largest miss of candidates; see [`SLACK_PER_DEVIATION`].
     fn slack(&self) -> f64 {
         SLACK + SLACK_PER_DEVIATION * self.deviation
     }
@@ -240,7 +240,7 @@ impl RadialBall {
         (straight + self.bent(b, most, 0.0)) * 2.0
     }
 
-    /// Value of T at the surface.
+    /// Returns the value of T at the surface.
     fn largest(&self, b: f64) -> f64 {
         (self.rim * self.rim - b * b).max(0.0).sqrt()
     }
@@ -353,7 +353,7 @@ impl Passing<'_> {
 }
 
 impl Rays<'_> {
-    /// Invariant b of the ray at an angle.
+    /// Returns the invariant b of the ray at an angle.
     fn invariant(&self, theta: f64) -> f64 {
         let most = self.ball.rim.min(self.ball.radius * self.ball.outside);
         (self.q * libm::sin(theta)).clamp(0.0, most)
@@ -379,8 +379,8 @@ impl Rays<'_> {
     /// each with its side.
     fn angles(&self, goal: f64, across: DVec3) -> Vec<(f64, DVec3)> {
         let limit = self.ball.radius * self.ball.outside;
-        // Where some rays are reflected, search by angles of refraction: there, angles of incidence
-        // lie close together.
+        // If some rays are reflected, search by angles of refraction, because the angles of
+        // incidence lie close together.
         let share = limit / self.q;
         let mut found = Vec::new();
         let mut search = |range: &dyn Fn(f64) -> f64| {

@@ -16,24 +16,28 @@ use glam::{DVec2, DVec3};
 /// changes by at most this many tolerances. Where steps are rejected, rays jump by about a
 /// tolerance, and another ray would be no better.
 const LAST_CORRECTION: f64 = 10.0;
-/// Largest change of the Jacobian by the last correction, in tolerances. Beyond it another ray is
-/// traced, as where the field varies within a small part of the ray's length.
+/// Largest change of the Jacobian by the last correction, in tolerances. If the change may be
+/// larger, another ray is traced (docs/theory.md#second-shots). This happens where the field varies
+/// within a small part of the ray's length.
 const STEADY: f64 = 10.0;
-/// Largest miss, in tolerances of the ray's length, that is corrected without regard to the field's
-/// length scale.
+/// Miss below which no second ray is traced, whatever the field's length scale, in tolerances times
+/// the ray's length (docs/theory.md#second-shots).
 const NEAR: f64 = 0.1;
-/// Typical third derivative along a ray, relative to the bound that the length scale implies.
+/// Typical third derivative along a ray, relative to the bound that the length scale implies
+/// (docs/theory.md#second-shots).
 const MET: f64 = 2e-3;
-/// Largest last correction, as a fraction of the longest step.
+/// Largest correction without another iteration, as a fraction of the longest step of Newton's
+/// method.
 const SMALL: f64 = 0.1;
-/// Smallest width of a ray tube, relative to the width of a tube of straight rays, in tolerances.
-/// Rays may meet within half the arc's length, and the ray may miss the focus by the tolerance.
+/// Smallest width of a ray tube at the target, relative to the width of a tube of straight rays, in
+/// tolerances. The target of a narrower tube lies on a caustic (docs/theory.md#acceptance).
 const NARROW: f64 = 2.0;
-/// Largest next step after a step that did not reduce the miss, relative to this step.
+/// Largest step after a step that did not reduce the miss, relative to the previous step.
 const SHORTER: f64 = 0.5;
-/// Largest ratio of successive misses at which the trust region may grow.
+/// Ratio of successive misses below which the trust region may grow.
 const GOOD: f64 = 0.5;
-/// Largest next step after a step that reduced the miss well, relative to this step.
+/// Largest step after a step that reduced the miss below [`GOOD`] times the smallest miss, relative
+/// to the previous step.
 const LONGER: f64 = 3.0;
 /// Step size below which the iteration has reached a local minimum of the miss.
 const STUCK: f64 = 1e-3;
@@ -82,7 +86,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         }
     }
 
-    /// Tolerance of rays.
+    /// Returns the tolerance of rays.
     pub fn tolerance(&self) -> Tolerance {
         self.tolerance
     }
@@ -226,7 +230,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
                     Err(caustic) => failure = caustic,
                 }
             }
-            // Adapt the trust region to whether r became smaller.
+            // Shrink the trust region if r did not become smaller; let it grow if r became much
+            // smaller.
             let least = best.as_ref().map(|(_, _, least)| *least);
             match (least, shot) {
                 (None, Err(failure)) => return Err(failure),
@@ -256,16 +261,16 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         Err(failure)
     }
 
-    /// Smallest miss that can be demanded: positions are limited by round-off, and by the distance
-    /// by which rays are kept off interfaces.
+    /// Returns the smallest miss that can be demanded: positions are limited by round-off, and by
+    /// the distance by which rays are kept off interfaces.
     pub(super) fn least_miss<W: World<Region = R>>(&self, world: &W, x: DVec3, y: DVec3) -> f64 {
         1e-13 * (x.distance(y) + y.length()) + 10.0 * world.ray_epsilon()
     }
 
-    /// Largest miss with which a ray is accepted, on the scale of its length since the last
-    /// interface. A target just behind a wall that is lit from far away must be hit on the scale of
-    /// its distance to the wall. Where the ray tube is narrow, directions and the Jacobian depend
-    /// more strongly on the target, so that less is allowed.
+    /// Returns the largest miss with which a ray is accepted. It is proportional to the length of
+    /// the ray since the last interface: the ray to a target just behind a wall must be accurate on
+    /// the scale of the distance to the wall. It is smaller where the ray tube is narrow, because
+    /// directions and the Jacobian depend more strongly on the target there.
     pub(super) fn allowed_miss(&self, family: &RayFamily, hit: &Hit, floor: f64) -> f64 {
         let straight = family.spread(hit.travelled.arc_length).powi(2);
         let correctable = (LAST_CORRECTION * hit.jacobian() / straight).clamp(1.0, LAST_CORRECTION);
@@ -275,8 +280,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         )
     }
 
-    /// True if the last correction hardly changes the Jacobian. The estimate uses the change of the
-    /// Jacobian since the previous iterate or, without one, the field's length scale
+    /// Returns true if the last correction hardly changes the Jacobian. The estimate uses the
+    /// change of the Jacobian since the previous iterate or, without one, the field's length scale
     /// (docs/theory.md#second-shots).
     fn is_steady<W: World<Region = R>>(
         &self,

@@ -55,8 +55,8 @@ impl Reach {
         }
     }
 
-    /// True if the reach includes a branch of this optical path length, with `reflections` by
-    /// choice and `bounces` in total.
+    /// Returns true if the reach includes a branch of this optical path length, with `reflections`
+    /// by choice and `bounces` in total.
     pub fn includes(&self, optical_length: f64, reflections: u32, bounces: u32) -> bool {
         optical_length <= self.optical_length
             && reflections <= self.reflections

@@ -27,7 +27,8 @@ use glam::{DMat2, DMat3, DVec2, DVec3};
 const ROUNDS: usize = 8;
 /// Longest step, as a fraction of the distance to the inner point.
 const FARTHEST: f64 = 0.5;
-/// Fraction by which lines to the interface are extended, so that they meet it.
+/// Fraction by which lines to the approximate crossing are extended, so that they intersect the
+/// interface.
 const BEYOND: f64 = 0.5;
 
 /// Initial guess of a ray between a point in a field and a point where the index is constant.
@@ -175,7 +176,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             family,
             length: hit.travelled.optical_length,
         };
-        // Correct the ray, and check that nothing else lies on its way.
+        // Correct the ray, and check that it meets no other interface.
         let found = self.finish(&iterate, &hit, y, 0).ok()?;
         let line = Arc::line(x, after, sigma);
         let is_clear = |region, arc: &Arc| world.crossing(region, arc).is_none();

@@ -17,8 +17,9 @@ pub trait World {
     /// surfaces have no rule: rays pass them, and the caller tests the final ray for occlusion.
     fn crossing(&self, region: Self::Region, arc: &Arc) -> Option<Crossing<Self::Region>>;
 
-    /// Distance from an interface at which rays that leave it start, so that they do not meet it
-    /// again: far below any tolerance, far above round-off.
+    /// Returns the distance from an interface at which rays that leave it start. Rays then do not
+    /// intersect the interface again. The distance is far below any tolerance, and far above
+    /// round-off.
     fn ray_epsilon(&self) -> f64;
 }
 
@@ -79,7 +80,7 @@ impl<R> Piece<R> {
         (&self.arc, self.theta_end)
     }
 
-    /// True if the ray was reflected at the end of the piece.
+    /// Returns true if the ray was reflected at the end of the piece.
     pub fn is_reflected(&self) -> bool {
         self.event.is_some_and(|event| event.rule == Rule::Reflect)
     }

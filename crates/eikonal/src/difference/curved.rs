@@ -19,7 +19,7 @@ use glam::DVec3;
 /// Tolerance of the reference ray. Its error has a second-order effect.
 const TOLERANCE: f64 = 1e-9;
 
-/// A ray since its start or its last reflection.
+/// Part of a ray since its start or its last reflection.
 #[derive(Clone, Debug)]
 pub(super) struct CurvedLeg<'a> {
     reference: &'a Field,
@@ -172,7 +172,8 @@ impl<'a> CurvedLeg<'a> {
     }
 }
 
-/// Span of σ over which a field has no feature that a quadrature with 15 points would miss.
+/// Returns the span of σ over which a field has no feature that a quadrature with 15 points would
+/// miss.
 fn span_of(field: &Field, x: DVec3, v: DVec3) -> f64 {
     field
         .resolved_span(x, v)

@@ -29,12 +29,12 @@ pub enum Reference<'a> {
     Field(&'a Field),
 }
 
-/// Optical path difference of a ray, arc by arc. It is the optical length of the ray minus the
-/// optical length of reference rays, which connect its start, its points of reflection, and its
-/// end.
+/// Optical path difference of a ray, arc by arc: the optical length of the ray minus the optical
+/// length of reference rays. The reference rays connect the start of the ray, its points of
+/// reflection, and its end.
 ///
-/// The error is about 1e-7 of the largest contrast |n − n_r| on the ray times the length, whatever
-/// the tolerance of the ray, plus rounding, 2e-16 of the length.
+/// The error is about 1e-7 of the largest contrast |n − n_r| on the ray times the length. It does
+/// not depend on the tolerance of the ray. Rounding adds 2e-16 of the length.
 #[derive(Clone, Debug)]
 pub struct PathDifference<'a> {
     /// Path difference of the completed segments.
@@ -43,7 +43,7 @@ pub struct PathDifference<'a> {
     quadrature: Quadrature,
 }
 
-/// A ray since its start or its last reflection.
+/// Part of a ray since its start or its last reflection.
 #[derive(Clone, Debug)]
 enum Leg<'a> {
     Straight(StraightLeg),
@@ -63,8 +63,8 @@ impl<'a> PathDifference<'a> {
         }
     }
 
-    /// Returns the path difference so far, in units of length, if it is known without a search:
-    /// against a constant index.
+    /// Returns the path difference so far, in units of length, against a constant index. Returns
+    /// `None` against a field, which needs a search.
     pub fn so_far(&self) -> Option<f64> {
         match &self.leg {
             Leg::Straight(leg) => Some(self.done + leg.value()),
@@ -88,7 +88,8 @@ impl<'a> PathDifference<'a> {
         self.done + leg
     }
 
-    /// True if the computation was abandoned because a field is too fine; the value is then NaN.
+    /// Returns true if the computation was abandoned because a field is too fine; the value is then
+    /// NaN.
     pub fn is_over_budget(&self) -> bool {
         self.quadrature.is_over_budget()
     }

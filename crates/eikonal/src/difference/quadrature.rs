@@ -41,8 +41,8 @@ const TOLERANCE: f64 = 1e-6;
 const ROUNDING: f64 = 1e-15;
 /// Maximum number of times that a panel is halved.
 const MOST_HALVINGS: u32 = 12;
-/// Smallest panel, as a fraction of an arc, so that a field without any scale does not take for
-/// ever.
+/// Smallest panel, as a fraction of an arc. It bounds the work in fields with structure at all
+/// scales.
 const LEAST_PANEL: f64 = 1e-6;
 
 /// Integrand at a place: the difference of squared indices, and all other terms.
@@ -94,7 +94,7 @@ impl Quadrature {
         if self.is_over_budget() { f64::NAN } else { sum }
     }
 
-    /// True if the computation was abandoned, so that integrals are unknown.
+    /// Returns true if the computation was abandoned, so that integrals are unknown.
     pub(super) fn is_over_budget(&self) -> bool {
         self.evaluations > EVALUATIONS_PER_DIFFERENCE
     }

@@ -15,8 +15,8 @@ use crate::field::Field;
 use crate::ray::Arc;
 use glam::DVec3;
 
-/// A ray since its start or its last reflection. Here w = v − n_r e, for the unit direction e in
-/// which the ray started.
+/// Part of a ray since its start or its last reflection. Here w = v − n_r e, for the unit direction
+/// e in which the ray started.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct StraightLeg {
     n_ref: f64,

@@ -139,13 +139,13 @@ impl Acoustic {
         waves.sum::<DVec2>() * (2.0 * self.n0)
     }
 
-    /// Largest possible amplitude of n².
+    /// Returns the largest possible amplitude of n².
     pub(super) fn largest_amplitude(&self) -> f64 {
         let peaks = self.modes.iter().map(|m| m.loudest().limits(EVERYWHERE)[0]);
         2.0 * self.n0 * peaks.sum::<f64>()
     }
 
-    /// Mean index n₀.
+    /// Returns the mean index n₀.
     pub(super) fn n0(&self) -> f64 {
         self.n0
     }
@@ -290,12 +290,12 @@ impl Acoustic {
         .squared()
     }
 
-    /// Length scale, see [`Lengths::of_any_direction`].
+    /// Returns the length scale, see [`Lengths::of_any_direction`].
     pub(super) fn length_scale(&self, _: DVec3) -> f64 {
         self.lengths.of_any_direction
     }
 
-    /// Length scale for a velocity, see [`Lengths::along`].
+    /// Returns the length scale for a velocity, see [`Lengths::along`].
     pub(super) fn step_scale(&self, v: DVec3) -> f64 {
         let crossed = self.axis.across(v);
         self.lengths
@@ -339,11 +339,12 @@ impl Lengths {
         }
     }
 
-    /// Length scale L along a direction with the squared transverse part `crossed2`. The fifth
-    /// derivative of a ray with respect to σ is n⁵L⁻⁴. It follows from the fourth derivative of the
-    /// index, at most 3/8 Δn k⁴ for each mode, and from second derivatives. For the tangents of a
-    /// ray, fourth derivatives count times the squared transverse part; second derivatives count
-    /// for every direction. L is at most 6/k of the shortest wave, so that steps resolve the wave.
+    /// Returns the length scale L along a direction with the squared transverse part `crossed2`.
+    /// The fifth derivative of a ray with respect to σ is n⁵L⁻⁴. It follows from the fourth
+    /// derivative of the index, at most 3/8 Δn k⁴ for each mode, and from second derivatives. For
+    /// the tangents of a ray, fourth derivatives count times the squared transverse part; second
+    /// derivatives count for every direction. L is at most 6/k of the shortest wave, so that steps
+    /// resolve the wave.
     fn along(&self, crossed2: f64) -> f64 {
         let crossed2 = (crossed2 + self.swing).min(1.0);
         let fifth = self.fourth * crossed2 + self.turning;

@@ -27,8 +27,9 @@ pub struct AcousticMode {
 }
 
 impl AcousticMode {
-    /// Creates a mode of `amplitude` Δn (any sign), azimuthal `order` m, `wave_number` k > 0 in
-    /// radians per scene unit and azimuthal `phase` φ₀ in radians, at t = 0 and with τ = 0.
+    /// Creates a mode of `amplitude` Δn (any sign) and azimuthal `order` m, at t = 0 and with τ =
+    /// 0. The `wave_number` k > 0 is in radians per scene unit, and the azimuthal `phase` φ₀ in
+    /// radians.
     ///
     /// # Errors
     ///
@@ -86,17 +87,17 @@ impl AcousticMode {
         Ok(mode.at_phase(0.0))
     }
 
-    /// Azimuthal order m.
+    /// Returns the azimuthal order m.
     pub(super) fn order(&self) -> u16 {
         self.order
     }
 
-    /// Wave number k.
+    /// Returns the wave number k.
     pub(super) fn wave_number(&self) -> f64 {
         self.wave_number
     }
 
-    /// True if the mode does not change the index at this instant.
+    /// Returns true if the mode does not change the index at this instant.
     pub(super) fn is_silent(&self) -> bool {
         self.amplitude == 0.0
     }
@@ -179,7 +180,7 @@ impl AcousticMode {
         ]
     }
 
-    /// Upper bounds of |value|, |gradient| and |curvature| over all radii r in `range`.
+    /// Returns the upper bounds of |value|, |gradient| and |curvature| over all radii r in `range`.
     ///
     /// J_m(kr)e^{imφ} is a mean of plane waves of wave number k over all directions. Its p-th
     /// derivative along any line is thus at most kᵖ times the mean of |cos|ᵖ: 2/π, 1/2, 4/(3π). As
@@ -199,17 +200,18 @@ impl AcousticMode {
         ]
     }
 
-    /// Upper bounds of the errors of |value|, |gradient| and |curvature| within the tables.
+    /// Returns the upper bounds of the errors of |value|, |gradient| and |curvature| within the
+    /// tables.
     pub(super) fn errors(&self) -> [f64; 3] {
         [0, 1, 2].map(|p| ERROR * self.amplitude.abs() * self.wave_number.powi(p))
     }
 
-    /// Upper bound of all third derivatives along a line.
+    /// Returns an upper bound of all third derivatives along a line.
     pub(super) fn third_limit(&self) -> f64 {
         4.0 / (3.0 * PI) * self.amplitude.abs() * self.wave_number.powi(3)
     }
 
-    /// Upper bound of all fourth derivatives along a line.
+    /// Returns an upper bound of all fourth derivatives along a line.
     pub(super) fn fourth_limit(&self) -> f64 {
         0.375 * self.amplitude.abs() * self.wave_number.powi(4)
     }
@@ -282,8 +284,8 @@ impl AcousticMode {
     }
 
     /// Evaluates the mode without a table. With E_p = e^{iφ₀} J_p(kr) e^{ipφ} the mode is Re E_m,
-    /// and (∂x ± i∂y) E_p = ∓k E_{p±1}. Every derivative is thus a sum of such terms, smooth on the
-    /// axis.
+    /// and (∂x ± i∂y) E_p = ∓k E_{p±1}. Every derivative is thus a sum of E_p of several orders,
+    /// which are smooth on the axis.
     #[cold]
     fn computed(&self, d: DVec2) -> Wave {
         let r = d.length();

@@ -94,7 +94,7 @@ impl Affine {
         }
     }
 
-    /// Length in the world of a unit of local length, averaged over directions.
+    /// Returns the length in the world of a unit of local length, averaged over directions.
     pub(super) fn mean_scale(&self) -> f64 {
         self.to_local.matrix3.determinant().abs().cbrt().recip()
     }
@@ -160,12 +160,13 @@ impl Affine {
         }
     }
 
-    /// Length scale, scaled by the direction that the transform stretches least.
+    /// Returns the length scale, scaled by the direction that the transform stretches least.
     pub(super) fn length_scale(&self, x: DVec3) -> f64 {
         self.field.length_scale(self.local(x)) / self.stretch[1]
     }
 
-    /// Length scale for a velocity, scaled by the direction that the transform stretches least.
+    /// Returns the length scale for a velocity, scaled by the direction that the transform
+    /// stretches least.
     pub(super) fn step_scale(&self, x: DVec3, v: DVec3) -> f64 {
         let scale = self
             .field

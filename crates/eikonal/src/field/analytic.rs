@@ -14,19 +14,20 @@ pub(super) trait Analytic {
     /// values in total.
     const PARAMETERS: &'static [(&'static str, usize)];
 
-    /// Returns the parameter values, one after another; later entries have no effect.
+    /// Returns the parameter values, one after another. Entries after the last value have no
+    /// effect.
     fn numbers(&self) -> [f64; MOST];
 
     /// Returns n² at a position.
     fn squared<N: Number>(x: [N; 3], p: &[N]) -> N;
 }
 
-/// Number of parameter values.
+/// Returns the number of parameter values.
 pub(super) fn count<A: Analytic>() -> usize {
     A::PARAMETERS.iter().map(|(_, count)| count).sum()
 }
 
-/// Adds the derivatives of a loss with respect to all parameter values of a field, given the
+/// Adds the derivatives of a loss with respect to all parameter values of a field. `by` is the
 /// derivative with respect to n² and ∇n² at `x`.
 pub(super) fn add_derivative<A: Analytic>(
     field: &A,

@@ -107,7 +107,7 @@ impl Axis {
         )
     }
 
-    /// The projection on the transverse plane.
+    /// Returns the projection on the transverse plane.
     pub(super) fn projection(&self) -> DMat3 {
         outer(self.e1) + outer(self.e2)
     }

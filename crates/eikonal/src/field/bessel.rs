@@ -2,8 +2,8 @@
 
 use std::f64::consts::FRAC_2_PI;
 
-/// Values J₍m₋₂₎(x) … J₍m₊₂₎(x) for x ≥ 0, with J₋ₚ = (−1)ᵖ Jₚ, for a mode of order m and its first
-/// two derivatives.
+/// Returns J₍m₋₂₎(x) … J₍m₊₂₎(x) for x ≥ 0, with J₋ₚ = (−1)ᵖ Jₚ. A mode of order m and its first
+/// two derivatives need them.
 pub(super) fn around(m: u16, x: f64) -> [f64; 5] {
     let j: [f64; 5] = run(u32::from(m).saturating_sub(2), x);
     match m {
@@ -44,7 +44,8 @@ pub(super) fn run<const N: usize>(low: u32, x: f64) -> [f64; N] {
     out
 }
 
-/// Ratios J_q(x)/J_p(x) for the orders q = low … low+N−1 above p ≥ x; `None` for the other orders.
+/// Returns the ratios J_q(x)/J_p(x) for the orders q = low … low+N−1 above p ≥ x; `None` for the
+/// other orders.
 fn ratios<const N: usize>(low: u32, p: u32, x: f64) -> [Option<f64>; N] {
     // Start high enough: the error of starting with r = 0 falls with (J_start/J_p)².
     let start = low + N as u32 + 7 + x as u32;
@@ -62,9 +63,9 @@ fn ratios<const N: usize>(low: u32, p: u32, x: f64) -> [Option<f64>; N] {
     product
 }
 
-/// Upper bound of |J_p(x)| for x between `low` and `high`: the smallest of 1 (p = 0) or
-/// 0.674886 p^(−1/3) (Landau 2000); (x/2)ᵖ/p!; and, past the turning point x = p,
-/// (2/π)^½ (x² − p²)^(−1/4) (Watson 1944, §13.74).
+/// Returns an upper bound of |J_p(x)| for x between `low` and `high`: the smallest of 1 (p = 0) or
+/// 0.674886 p^(−1/3) (Landau 2000); (x/2)ᵖ/p!; and, past the turning point x = p, (2/π)^½ (x² −
+/// p²)^(−1/4) (Watson 1944, §13.74).
 pub(super) fn limit(p: u32, [low, high]: [f64; 2]) -> f64 {
     let order = f64::from(p);
     let peak = if p == 0 { 1.0 } else { 0.674886 / order.cbrt() };

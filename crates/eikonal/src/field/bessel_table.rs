@@ -17,9 +17,9 @@ const MOST_ORDER: u16 = 256;
 /// Number of pairs of even and odd powers of η. The first omitted power, η¹², adds less than 5e-15
 /// to second derivatives.
 const PAIRS: usize = 6;
-/// Bound of the error of J_m(ρ) e^{imφ}, in units of its largest value, 1, and of its first and
-/// second derivatives by Cartesian coordinates in ρ. The error is rounding, above all rounding of ρ
-/// up to [`REACH`].
+/// Bound of the error of J_m(ρ) e^{imφ}, and of its first and second derivatives by Cartesian
+/// coordinates in units of ρ. Values are at most 1. The error is caused by rounding, mostly of ρ up
+/// to [`REACH`].
 pub(super) const ERROR: f64 = 1e-12;
 
 /// Table of J_m for ρ up to [`REACH`], shared by copies.
@@ -53,7 +53,7 @@ impl BesselTable {
         self.0.get(at).filter(|_| reached)
     }
 
-    /// Memory in bytes.
+    /// Returns the memory in bytes.
     pub(super) fn memory(&self) -> usize {
         size_of_val(&*self.0)
     }

@@ -79,7 +79,8 @@ impl Fisheye {
         }
     }
 
-    /// Length scale R; from 2R on, half the distance to the centre, because n ∝ r⁻² there.
+    /// Returns the length scale R; from 2R on, half the distance to the centre, because n ∝ r⁻²
+    /// there.
     pub(super) fn length_scale(&self, x: DVec3) -> f64 {
         self.radius.max(0.5 * (x - self.center).length())
     }

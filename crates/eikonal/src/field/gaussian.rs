@@ -63,8 +63,9 @@ impl Gaussian {
     }
 
     /// Computes bounds from extrema, with r in units of w. The gradient of the bump, r e^(−r²/2),
-    /// has its maximum at r = 1. The eigenvalues of its Hessian are −e^(−r²/2) across the radius,
-    /// which increases, and (r² − 1)e^(−r²/2) along the radius, with a maximum at r = √3.
+    /// has its maximum at r = 1. The eigenvalue of its Hessian across the radius, −e^(−r²/2),
+    /// increases with r. The eigenvalue along the radius, (r² − 1)e^(−r²/2), has its maximum at r =
+    /// √3.
     pub(super) fn bounds(&self, region: &Aabb) -> FieldBounds {
         let range = radial::distance_range(self.center, region);
         // Cap the radii at 100 w, where all terms underflow, so that an unbounded box yields no
@@ -90,9 +91,10 @@ impl Gaussian {
         .squared()
     }
 
-    /// Length scale that makes the fifth derivative of a ray with respect to σ n⁵L⁻⁴, from the
-    /// fourth derivative of n² at the centre, 6nΔn/w⁴. It is at most 3w, so that steps resolve the
-    /// bump. Far away it is half the distance to the centre: no step can reach the bump from afar.
+    /// Returns the length scale L at which the fifth derivative of a ray with respect to σ is
+    /// n⁵L⁻⁴. It follows from the fourth derivative of n² at the centre, 6nΔn/w⁴. L is at most 3w,
+    /// so that steps resolve the bump. Far away L is half the distance to the centre, so that no
+    /// step jumps over the bump.
     pub(super) fn length_scale(&self, x: DVec3) -> f64 {
         let contrast = self.delta.abs() / self.n0.min(self.n0 + self.delta);
         let widths = (1.0 / (3.0 * contrast)).sqrt().sqrt().min(3.0);

@@ -69,7 +69,7 @@ impl Lengths {
         a + (plane(k + 1) - a) * w
     }
 
-    /// Memory in bytes.
+    /// Returns the memory in bytes.
     pub(super) fn memory(&self) -> usize {
         self.lengths.len() * size_of::<f64>()
     }

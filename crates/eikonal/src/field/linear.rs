@@ -70,7 +70,7 @@ impl LinearIndex {
         }
     }
 
-    /// Length scale: the distance over which the index changes by n₀.
+    /// Returns the length scale: the distance over which the index changes by n₀.
     pub(super) fn length_scale(&self, _: DVec3) -> f64 {
         self.n0 / self.slope.length()
     }
@@ -134,7 +134,7 @@ impl LinearSquare {
         }
     }
 
-    /// Length scale: the distance over which n² changes by n₀².
+    /// Returns the length scale: the distance over which n² changes by n₀².
     pub(super) fn length_scale(&self, _: DVec3) -> f64 {
         self.n2 / self.slope.length()
     }

@@ -248,16 +248,16 @@ impl Field {
         }
     }
 
-    /// Local length scale L, by which steps are chosen. The field turns rays no faster than once in
-    /// L. The fifth derivative of rays with respect to σ is about n⁵L⁻⁴, so that L is long in weak
-    /// fields. A step of a fraction of L cannot jump over a feature of the field. L is a
-    /// 1-Lipschitz function of position, and infinite for constant fields.
+    /// Returns the local length scale L, by which steps are chosen. The field turns rays no faster
+    /// than once in L. The fifth derivative of rays with respect to σ is about n⁵L⁻⁴, so that L is
+    /// long in weak fields. A step of a fraction of L cannot jump over a feature of the field. L is
+    /// a 1-Lipschitz function of position, and infinite for constant fields.
     pub fn length_scale(&self, x: DVec3) -> f64 {
         each!(self, f => f.length_scale(x))
     }
 
-    /// Length scale at `x` for a ray with velocity `v`: at least [`Field::length_scale`], and
-    /// longer where the field hardly changes along `v`.
+    /// Returns the length scale at `x` for a ray with velocity `v`: at least
+    /// [`Field::length_scale`], and longer where the field hardly changes along `v`.
     pub(crate) fn step_scale(&self, x: DVec3, v: DVec3) -> f64 {
         match self {
             Field::Acoustic(f) => f.step_scale(v),
@@ -268,9 +268,9 @@ impl Field {
         }
     }
 
-    /// Returns this field with length scales of formulas and tables precomputed for tracing inside
-    /// a region; otherwise every step searches for them. Fields that need no preparation are
-    /// unchanged, and so are all fields if the region has no finite extent.
+    /// Returns this field with precomputed length scales of formulas and tables, for tracing inside
+    /// a region. Without them, every step searches for the length scale. Fields that need no
+    /// preparation are unchanged, and so are all fields if the region has no finite extent.
     pub fn prepared(&self, region: &Aabb) -> Field {
         let extent = region.diagonal();
         if region.is_empty() || !(extent > 0.0 && extent.is_finite()) {
@@ -286,9 +286,9 @@ impl Field {
         }
     }
 
-    /// Lower bound of the span of σ over which a ray that leaves `x` with velocity `v` = dx/dσ is
-    /// straight, because the field is constant around it. Zero where the field varies, or is not
-    /// known to be constant.
+    /// Returns a lower bound of the span of σ over which the field around a ray is constant, so
+    /// that the ray is straight. The ray leaves `x` with velocity `v` = dx/dσ. Returns zero where
+    /// the field varies, or is not known to be constant.
     pub fn homogeneous_span(&self, x: DVec3, v: DVec3) -> f64 {
         match self {
             Field::Constant(_) => f64::INFINITY,
@@ -301,9 +301,9 @@ impl Field {
         }
     }
 
-    /// Span of σ along the line from `x` with velocity `v` in which samples, however weak, have no
-    /// feature that a quadrature with 15 points would miss. Infinite for formulas, because their
-    /// length scale shows their features.
+    /// Returns the span of σ along the line from `x` with velocity `v` that a quadrature with 15
+    /// points resolves: it misses no feature of the samples, even if the feature is weak. Returns
+    /// infinity for formulas, because their length scale shows their features.
     pub(crate) fn resolved_span(&self, x: DVec3, v: DVec3) -> f64 {
         match self {
             Field::Bspline(f) => f.resolved_span(v),
@@ -315,7 +315,7 @@ impl Field {
         }
     }
 
-    /// Number of bytes held by samples and tables.
+    /// Returns the number of bytes held by samples and tables.
     pub fn memory(&self) -> usize {
         match self {
             Field::Acoustic(f) => f.memory(),
@@ -330,13 +330,13 @@ impl Field {
         }
     }
 
-    /// True if the index is constant, so that rays are straight.
+    /// Returns true if the index is constant, so that rays are straight.
     #[inline]
     pub fn is_constant(&self) -> bool {
         matches!(self, Field::Constant(_)) || self.is_evened_out()
     }
 
-    /// True if the index of a composed field is constant, for example the index of a sum of
+    /// Returns true if the index of a composed field is constant, for example the index of a sum of
     /// constant fields.
     fn is_evened_out(&self) -> bool {
         each!(self, f => f.is_constant())

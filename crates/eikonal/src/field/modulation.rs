@@ -20,7 +20,7 @@ pub struct Modulation {
     pub(crate) largest: f64,
 }
 
-/// A sound in its own local coordinates.
+/// Sound of one field, in the local coordinates of this field.
 #[derive(Clone, Debug)]
 struct Term {
     wave: Wave,
@@ -70,8 +70,8 @@ impl Modulation {
     }
 
     /// Returns real and imaginary parts of the displacement û of scatterers that move with the
-    /// medium, at a place with the given amplitude. NaN where the elasto-optic coefficient is
-    /// unknown, or modes of one field have different wavelengths.
+    /// medium, at a place with the given amplitude. Returns NaN where the elasto-optic coefficient
+    /// is unknown, or where modes of one field have different wavelengths.
     pub fn displacement(&self, x: DVec3, amplitude: &SoundAmplitude) -> [DVec3; 2] {
         match &self.terms[..] {
             [term] => amplitude.gradient.map(|g| g * term.per_gradient),

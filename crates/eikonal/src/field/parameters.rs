@@ -1,8 +1,8 @@
 //! Derivatives with respect to the parameters of fields (docs/theory.md#derivatives-of-rays).
 //!
-//! While rays are traced, sums are formed with respect to quantities that are available there, such
-//! as the coefficients of a spline instead of its samples. Afterwards
-//! [`Field::parameter_derivative`] converts the sums to derivatives with respect to the parameters.
+//! While rays are traced, derivatives are summed with respect to quantities that are available on
+//! the ray, such as the coefficients of a spline. Afterwards [`Field::parameter_derivative`]
+//! converts the sums to derivatives with respect to the parameters.
 
 use super::analytic::{self, Analytic};
 use super::{Bspline, Field};
@@ -99,7 +99,7 @@ fn named<A: Analytic>(field: &A) -> Vec<FieldParameter> {
     each.collect()
 }
 
-/// Number of parameter values of a field.
+/// Returns the number of parameter values of a field.
 fn count<A: Analytic>(_: &A) -> usize {
     analytic::count::<A>()
 }
@@ -130,8 +130,8 @@ fn of_samples(grid: &Bspline, change: &[f64]) -> Vec<f64> {
 }
 
 impl Field {
-    /// Returns the grid whose samples are the field's first parameters, if there is one: a grid,
-    /// transformed or scaled, but not in a sum.
+    /// Returns the grid that has its samples as the field's first parameters. Returns `None` if
+    /// there is no such grid. The grid may be transformed or scaled, but not part of a sum.
     pub fn grid(&self) -> Option<&Bspline> {
         match self {
             Field::Bspline(f) => Some(f),
@@ -202,7 +202,7 @@ impl Field {
         }
     }
 
-    /// Number of sums that derivatives need while rays are traced.
+    /// Returns the number of sums that derivatives need while rays are traced.
     pub fn sum_count(&self) -> usize {
         match self {
             Field::Constant(_) => 1,
@@ -218,7 +218,7 @@ impl Field {
         }
     }
 
-    /// Number of values of all parameters.
+    /// Returns the number of values of all parameters.
     pub fn parameter_count(&self) -> usize {
         match self {
             Field::Bspline(f) => f.dims().iter().product(),

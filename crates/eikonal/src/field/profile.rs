@@ -78,7 +78,7 @@ impl Curve {
         }
     }
 
-    /// Number of operations of an evaluation.
+    /// Returns the number of operations of an evaluation.
     fn operations(&self) -> usize {
         match self {
             Curve::Formula(program) => program.len().max(1),
@@ -163,8 +163,8 @@ impl IndexProfile {
         }
     }
 
-    /// Number of sums of derivatives: with respect to the parameters of the formula, or to the
-    /// coefficients of the table's cubics.
+    /// Returns the number of sums of derivatives: with respect to the parameters of the formula, or
+    /// to the coefficients of the table's cubics.
     pub(super) fn parameter_count(&self) -> usize {
         match &*self.curve {
             Curve::Formula(_) => self.free.as_ref().map_or(0, |free| free.values().len()),
@@ -260,7 +260,7 @@ impl IndexProfile {
     }
 
     /// Returns the jet. For a distance with the unit vector d̂, the Hessian is f″ d̂⊗d̂ + f′/u (P −
-    /// d̂⊗d̂), with P the projection on the directions in which the distance varies.
+    /// d̂⊗d̂). P is the projection on the directions in which the distance varies.
     pub(super) fn jet(&self, x: DVec3) -> Jet {
         let (u, d) = self.coordinate(x);
         let [n2, slope, half] = self.curve.at(u);
@@ -395,7 +395,7 @@ impl IndexProfile {
         Interval::new((u.low - radius).max(least), u.high + radius)
     }
 
-    /// Length scale of the coordinate, which is a 1-Lipschitz function of position.
+    /// Returns the length scale of the coordinate, which is a 1-Lipschitz function of position.
     pub(super) fn length_scale(&self, x: DVec3) -> f64 {
         let (u, _) = self.coordinate(x);
         if let Some(scales) = &self.scales {
@@ -450,7 +450,7 @@ impl IndexProfile {
     }
 }
 
-/// True if a coordinate is a distance, hence not negative.
+/// Returns true if a coordinate is a distance, hence not negative.
 fn is_distance(coordinate: Coordinate) -> bool {
     matches!(coordinate, Coordinate::R | Coordinate::Rho)
 }

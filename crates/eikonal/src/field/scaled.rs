@@ -164,7 +164,7 @@ impl Scaled {
         self.field.is_constant()
     }
 
-    /// Change of n² and ∇n² at a point per change of s.
+    /// Returns the change of n² and ∇n² at a point per change of s.
     pub(super) fn by_factor(&self, x: DVec3) -> IndexChange {
         let (n2, grad) = self.field.gradient(x);
         let n = n2.sqrt();

@@ -30,8 +30,8 @@ impl Field {
         }
     }
 
-    /// Returns the field with its sound silent. The sound is still stored: [`Field::at_phase`]
-    /// restores it.
+    /// Returns the field with an amplitude of zero of its sound. The sound is still stored:
+    /// [`Field::at_phase`] restores it.
     pub fn at_rest(&self) -> Field {
         match self {
             Field::Acoustic(f) => f.at_rest().into(),

@@ -79,7 +79,7 @@ impl Spline {
         self.cubics[1..].iter().map(|cubic| cubic[0])
     }
 
-    /// Number of coefficients of all cubics.
+    /// Returns the number of coefficients of all cubics.
     pub(super) fn coefficient_count(&self) -> usize {
         4 * self.cubics.len()
     }

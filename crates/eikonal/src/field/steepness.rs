@@ -9,9 +9,9 @@ pub(super) struct Steepness {
     pub fourth: f64,
 }
 
-/// Ratio of length scales to the length that makes the fifth derivative of a ray with respect to σ
-/// n⁵L⁻⁴. It exceeds one because bounds over a ball of this radius exceed the derivatives that rays
-/// meet.
+/// Ratio of length scales to the length L at which the fifth derivative of a ray with respect to σ
+/// is n⁵L⁻⁴. It exceeds one because bounds over a ball of this radius exceed the derivatives on
+/// typical rays.
 const FOURTH: f64 = 2.0;
 /// Maximum number of steps that enlarge or shrink a radius in the search for a length.
 const MOST_STEPS: usize = 60;
@@ -21,9 +21,9 @@ const BISECTIONS: usize = 60;
 const LEAST: f64 = 1e-9;
 
 impl Steepness {
-    /// Smallest of three lengths. Over the first, derivatives of this size change n² by at most its
-    /// own value; over the second, they turn a ray at most once. The third makes the fifth
-    /// derivative of a ray with respect to σ about n⁵L⁻⁴.
+    /// Returns the smallest of three lengths. Over the first, derivatives of this size change n² by
+    /// at most its own value; over the second, they turn a ray at most once. The third makes the
+    /// fifth derivative of a ray with respect to σ about n⁵L⁻⁴.
     fn length(self, n2: f64) -> f64 {
         let ratio = |derivative: f64| match derivative {
             0.0 => f64::INFINITY,
@@ -35,10 +35,10 @@ impl Steepness {
     }
 }
 
-/// Length scale at a place with a value n²: the largest radius L about the place for which the
-/// derivatives within L allow the length L. `around` bounds the derivatives within a radius. For
-/// two places at a distance d, a ball about one place lies within a ball about the other place with
-/// a radius larger by d, so that L is 1-Lipschitz.
+/// Returns the length scale at a place with a value n²: the largest radius L about the place for
+/// which the derivatives within L allow the length L. `around` bounds the derivatives within a
+/// radius. Consider two places at a distance d. A ball about one place lies within a ball about the
+/// other place with a radius larger by d. L is therefore 1-Lipschitz.
 pub(super) fn length_at(n2: f64, around: impl Fn(f64) -> Steepness) -> f64 {
     // Bracket the largest radius that its own derivatives allow.
     let allows = |radius: f64| around(radius).length(n2) >= radius;
@@ -72,8 +72,9 @@ pub(super) fn length_at(n2: f64, around: impl Fn(f64) -> Steepness) -> f64 {
     low.max(LEAST)
 }
 
-/// Length that is at most the length scale anywhere in a region with values n² of at least `n2`,
-/// between `least` and `most`. `around` bounds derivatives within a radius around the region.
+/// Returns the length that is at most the length scale anywhere in a region with values n² of at
+/// least `n2`, between `least` and `most`. `around` bounds derivatives within a radius around the
+/// region.
 pub(super) fn length_within(
     n2: f64,
     [least, most]: [f64; 2],

@@ -16,8 +16,7 @@ use rule::{MOST_INNER, RULES, Rule, TABULATED};
 const FAINT: f64 = 1e-3;
 /// Maximum number of times that a panel is halved.
 const MOST_HALVINGS: u32 = 12;
-/// Longest arc, in wavelengths of the sound; it takes more than a second. If an arc is longer, the
-/// sound is too fine for it.
+/// Longest arc, in wavelengths of the sound. Such an arc takes more than a second of computation.
 const LONGEST: f64 = 5e5;
 
 /// Purpose of panels.
@@ -50,8 +49,8 @@ impl Purpose {
         rules.get(few)
     }
 
-    /// Returns the smallest number of panels for an arc of a length in wavelengths of the sound,
-    /// and the rule with the fewest nodes for them.
+    /// Returns the smallest number of panels for an arc, and the rule with the fewest nodes for
+    /// these panels. `wavelengths` is the length of the arc in wavelengths of the sound.
     fn panels(self, wavelengths: f64) -> (&'static Rule, u64) {
         if let Some(rule) = self.rule(wavelengths) {
             return (rule, 1);
@@ -83,10 +82,10 @@ impl ModulationQuadrature {
 
 impl Modulation {
     /// Returns the amplitude of the optical length of the part of an arc between two θ, ∫ n̂ ds = ½
-    /// ∫ m dσ, given the amplitudes `ends` at its ends. On each panel, of at most two wavelengths,
+    /// ∫ m dσ. `ends` are the amplitudes at its ends. On each panel, of at most two wavelengths,
     /// the error is below 1e-4 of the largest |m| times the panel's length. For noise finer than
-    /// the sound, the error is of the order of the noise. NaN if the sound is too fine for the
-    /// length of the arc.
+    /// the sound, the error is of the order of the noise. Returns NaN if the sound is too fine for
+    /// the length of the arc.
     pub fn along(&self, arc: &Arc, range: [f64; 2], ends: &[SoundAmplitude; 2]) -> DVec2 {
         self.panels(arc, range, ends, Purpose::Total, |_, _| ())
     }

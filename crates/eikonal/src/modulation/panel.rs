@@ -69,8 +69,8 @@ impl Panel {
         self.ends[1].theta - self.ends[0].theta
     }
 
-    /// True if m is as smooth as its rule requires, relative to the largest |m| or to `least`.
-    /// Values that are not finite count as smooth, because refinement would not help.
+    /// Returns true if m is as smooth as its rule requires, relative to the largest |m| or to
+    /// `least`. Values that are not finite count as smooth, because refinement would not help.
     #[inline]
     pub(super) fn is_smooth(&self, least: f64) -> bool {
         let [start, end] = &self.ends;

@@ -1,7 +1,6 @@
 //! Quadratures along panels, from values and derivatives at both ends and inner values. Their
-//! weights minimise the largest error over plane waves that are no shorter along the panel than the
-//! wavelength of the sound (docs/theory.md#tagged-light). `scripts/fit_quadratures.py` computes the
-//! numbers.
+//! weights minimise the largest error over plane waves along the panel, from the wavelength of the
+//! sound upwards (docs/theory.md#tagged-light). `scripts/fit_quadratures.py` computes the numbers.
 
 /// Maximum number of inner values.
 pub(super) const MOST_INNER: usize = 3;
@@ -21,10 +20,12 @@ pub(super) struct Rule {
     pub inner_count: usize,
     /// Weights of the inner places, padded with zeros.
     pub weights: [f64; MOST_INNER],
-    /// Weight of both end values, and weight of the difference of the derivatives at the ends.
+    /// Weight of the sum of the values at the two ends. `slopes` is the weight of the difference of
+    /// the derivatives at the ends.
     pub ends: f64,
     pub slopes: f64,
-    /// Weights of these places in a quadrature without derivatives.
+    /// Weights of the inner places in a quadrature without derivatives. `plain_ends` is the weight
+    /// of the values at the ends.
     pub plain_weights: [f64; MOST_INNER],
     pub plain_ends: f64,
     /// Largest difference of the two quadratures, in units of m, if m is as smooth as a wave: 1.5
@@ -33,8 +34,8 @@ pub(super) struct Rule {
     /// Longest panel, in wavelengths, along which the rule integrates a plane wave up to any place
     /// x to 1e-3; 0 for rules that are not used within panels.
     pub longest_within: f64,
-    /// Coefficients of the integral ∫₀ˣ over x as a polynomial in x, for the value and the
-    /// derivative at the start, the value and the derivative at the end, and the inner values.
+    /// Coefficients of the integral ∫₀ˣ over x as a polynomial in x. They apply to the value and
+    /// the derivative at the start, the value and the derivative at the end, and the inner values.
     pub within: Polynomials,
 }
 
@@ -202,7 +203,7 @@ mod tests {
     }
 
     impl Wave {
-        /// Waves of all wavelengths up to the longest panel, in several phases.
+        /// Returns waves of all wavelengths up to the longest panel, in several phases.
         fn all(longest: f64) -> impl Iterator<Item = Wave> {
             (0..=200).flat_map(move |i| {
                 let k = TAU * longest * f64::from(i) / 200.0;

@@ -76,19 +76,19 @@ impl Arc {
         }
     }
 
-    /// Span of σ.
+    /// Returns the span of σ.
     #[inline]
     pub fn h(&self) -> f64 {
         self.h
     }
 
-    /// True if the piece is straight.
+    /// Returns true if the piece is straight.
     #[inline]
     pub fn is_straight(&self) -> bool {
         matches!(self.curve, Curve::Line(..))
     }
 
-    /// First point, θ = 0.
+    /// Returns the first point, θ = 0.
     #[inline]
     pub fn start(&self) -> DVec3 {
         match &self.curve {
@@ -97,7 +97,7 @@ impl Arc {
         }
     }
 
-    /// Last point, θ = 1.
+    /// Returns the last point, θ = 1.
     #[inline]
     pub fn end(&self) -> DVec3 {
         match &self.curve {
@@ -114,7 +114,7 @@ impl Arc {
         }
     }
 
-    /// Position x(θ).
+    /// Returns the position x(θ).
     #[inline]
     pub fn position(&self, theta: f64) -> DVec3 {
         match &self.curve {
@@ -123,7 +123,7 @@ impl Arc {
         }
     }
 
-    /// Velocity dx/dσ at θ; its length is the index n up to the tolerance of the step.
+    /// Returns the velocity dx/dσ at θ; its length is the index n up to the tolerance of the step.
     #[inline]
     pub fn velocity(&self, theta: f64) -> DVec3 {
         match &self.curve {
@@ -134,7 +134,7 @@ impl Arc {
         }
     }
 
-    /// Derivative dx/dθ at θ.
+    /// Returns the derivative dx/dθ at θ.
     #[inline]
     pub fn derivative(&self, theta: f64) -> DVec3 {
         match &self.curve {
@@ -143,7 +143,7 @@ impl Arc {
         }
     }
 
-    /// Acceleration d²x/dσ² at θ.
+    /// Returns the acceleration d²x/dσ² at θ.
     pub fn acceleration(&self, theta: f64) -> DVec3 {
         match &self.curve {
             Curve::Line(..) => DVec3::ZERO,
@@ -155,7 +155,7 @@ impl Arc {
         }
     }
 
-    /// Arc length from the start to θ.
+    /// Returns the arc length from the start to θ.
     #[inline]
     pub fn arc_length(&self, theta: f64) -> f64 {
         match &self.curve {
@@ -164,7 +164,7 @@ impl Arc {
         }
     }
 
-    /// Optical path length ∫n ds = ∫n² dσ from the start to θ.
+    /// Returns the optical path length ∫n ds = ∫n² dσ from the start to θ.
     #[inline]
     pub fn optical_length(&self, theta: f64) -> f64 {
         match &self.curve {
@@ -362,7 +362,7 @@ fn inverse(first: f64, total: f64, last: f64, target: f64) -> f64 {
     t
 }
 
-/// Bernstein polynomials of degree five.
+/// Returns the Bernstein polynomials of degree five.
 fn quintic(t: f64) -> [f64; 6] {
     let u = 1.0 - t;
     let (t2, u2) = (t * t, u * u);
@@ -377,7 +377,7 @@ fn quintic(t: f64) -> [f64; 6] {
     ]
 }
 
-/// Bernstein polynomials of degree four.
+/// Returns the Bernstein polynomials of degree four.
 const fn quartic(t: f64) -> [f64; 5] {
     let u = 1.0 - t;
     let (t2, u2) = (t * t, u * u);
@@ -385,7 +385,7 @@ const fn quartic(t: f64) -> [f64; 5] {
     [u2 * u2, middle * u2, 6.0 * t2 * u2, middle * t2, t2 * t2]
 }
 
-/// Bernstein polynomials of degree three.
+/// Returns the Bernstein polynomials of degree three.
 fn cubic(t: f64) -> [f64; 4] {
     let u = 1.0 - t;
     [u * u * u, 3.0 * u * u * t, 3.0 * u * t * t, t * t * t]

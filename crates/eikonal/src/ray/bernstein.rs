@@ -115,8 +115,8 @@ const fn binomial(n: usize, k: usize) -> f64 {
 ///
 /// `noise` bounds the error of the polynomial's value at `t_min` and at `t_max`. A smaller value
 /// counts as a root, which the half-open interval excludes at `t_min` and includes at `t_max`.
-/// Hence no root is lost or counted twice between consecutive arcs, or when a search continues from
-/// a known root, as long as both sides use equal noise. Roots of even multiplicity, where the curve
+/// Between consecutive arcs, and when a search continues from a known root, each root is therefore
+/// found exactly once, if both sides use equal noise. Roots of even multiplicity, where the curve
 /// touches zero and turns back, may be missed. A polynomial that is zero throughout has no root.
 /// The work is bounded.
 pub fn first_root<const N: usize>(
@@ -157,8 +157,8 @@ pub fn first_root<const N: usize>(
         .map(|t| t.clamp(t_min.next_up(), t_max))
 }
 
-/// True if all coefficients lie on one side of zero by more than the noise, so that there is no
-/// root (convex hull). Also true if a coefficient is not a number.
+/// Returns true if all coefficients lie on one side of zero by more than the noise: there is no
+/// root (convex hull). Also returns true if a coefficient is not a number.
 fn clear<const N: usize>(c: &[f64; N], noise: f64) -> bool {
     c.iter().all(|&x| x > noise) || c.iter().all(|&x| x < -noise) || c.iter().any(|x| x.is_nan())
 }
@@ -307,7 +307,7 @@ fn step<const N: usize>(scaled: &[f64; N], t: f64) -> (f64, f64) {
 mod tests {
     use super::*;
 
-    /// Product ∏ (t − rᵢ), with coefficients −r and 1 − r per factor.
+    /// Returns the product ∏ (t − rᵢ), with coefficients −r and 1 − r per factor.
     fn with_roots(r: [f64; 5]) -> [f64; 6] {
         let f = |i: usize| [-r[i], 1.0 - r[i]];
         let a: [f64; 3] = product(&f(0), &f(1));

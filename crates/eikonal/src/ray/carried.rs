@@ -27,8 +27,8 @@ impl Arc {
         carried.reject_from_normalized(last).normalize()
     }
 
-    /// Solid angle between the path of the tangent and the great circle between its ends, positive
-    /// where the path turns left, seen from outside: ∫ t₀·(t × dt)/(1 + t₀·t).
+    /// Returns the solid angle between the path of the tangent and the great circle between its
+    /// ends: ∫ t₀·(t × dt)/(1 + t₀·t). It is positive where the path turns left, seen from outside.
     fn solid_angle(&self, first: DVec3, from: f64, to: f64) -> f64 {
         let rate = |node: f64| {
             let theta = from + node * (to - from);

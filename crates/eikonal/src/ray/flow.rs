@@ -178,7 +178,7 @@ impl<'a, V: Variation> Flow<'a, V> {
     }
 }
 
-/// Expected step that keeps the tolerance, in units of the length scale.
+/// Returns the expected step that keeps the tolerance, in units of the length scale.
 pub(super) fn expected_step(tolerance: Tolerance) -> f64 {
     fourth_root(ERROR * tolerance.get())
 }

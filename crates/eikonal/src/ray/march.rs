@@ -67,9 +67,10 @@ const FARTHEST: f64 = 1e100;
 /// Maximum number of steps of a ray; only rays that circle for ever need more.
 const MOST_STEPS: usize = 1_000_000;
 
-/// Traces a ray from `x` in a `direction` of any finite length except zero, until `stop` is met, or
-/// `limit` of arc length or a million steps are reached. Calls `visit` with every step and the θ up
-/// to which it counts. If the limit is NaN, zero or negative, the ray ends at its start.
+/// Traces a ray from `x` in a `direction` of any finite length except zero. The ray ends at `stop`,
+/// at the arc length `limit`, or after a million steps. Calls `visit` with every step, and with the
+/// θ up to which the step belongs to the ray. If the limit is NaN, zero or negative, the ray ends
+/// at its start.
 pub fn march(
     field: &Field,
     x: DVec3,
@@ -103,7 +104,7 @@ pub fn march(
         let remaining = limit - ray.arc_length;
         let step = flow.advance(remaining / flow.node().v.length(), &mut work);
         let end = step.arc.theta_at_length(remaining);
-        // End it where the stop condition is met.
+        // End the step at the stop condition.
         let event = stop.on(&step.arc).filter(|&theta| theta <= end);
         let theta = event.unwrap_or(end);
         visit(&step, theta);
@@ -153,8 +154,8 @@ impl Progress<'_> {
             StopCondition::Surface(first) => first(arc),
             StopCondition::ClosestApproach(y) => {
                 let theta = arc.closest_approach(y);
-                // Count the start of an arc that leaves the point as a minimum only if the previous
-                // arc approached it.
+                // Accept the start of an arc that moves away from the point as a minimum only if
+                // the previous arc approached the point.
                 let stops = theta < 1.0 && (theta > 0.0 || self.nearing);
                 let slope = (arc.position(1.0) - y).dot(arc.velocity(1.0));
                 self.nearing = theta == 1.0 || slope < 0.0;

@@ -1,11 +1,11 @@
 //! A step of a ray, with or without tangents.
 //!
-//! The scheme is the six-stage, fourth-order symplectic Runge–Kutta–Nyström method of Blanes and
-//! Moan ("Practical symplectic partitioned Runge–Kutta and Runge–Kutta–Nyström methods", J. Comput.
-//! Appl. Math. 142, 2002, SRKN₆ᵇ). It is symmetric, hence time-reversible. Its error constant is
-//! two orders of magnitude below the constant of Yoshida's composition, and its last force
-//! evaluation is the first of the next step. As forces are known at both ends, quintic Hermite
-//! dense output and an error estimate need no further evaluations.
+//! The scheme is a six-stage, fourth-order symplectic Runge–Kutta–Nyström method: SRKN₆ᵇ of Blanes
+//! and Moan ("Practical symplectic partitioned Runge–Kutta and Runge–Kutta–Nyström methods", J.
+//! Comput. Appl. Math. 142, 2002). It is symmetric, hence time-reversible. Its error constant is
+//! two orders of magnitude below the constant of Yoshida's composition. The last force evaluation
+//! of a step is the first of the next step. Forces are known at both ends, so quintic Hermite dense
+//! output and an error estimate need no further evaluations.
 //!
 //! Theory: docs/theory.md#steps.
 
@@ -138,7 +138,7 @@ impl<V: Variation> Step<V> {
         }
     }
 
-    /// Estimated local position error.
+    /// Returns the estimated local position error.
     ///
     /// The defect x₁ − x₀ − h(v₀+v₁)/2 + h²(a₁−a₀)/12 is −h⁵x⁽⁵⁾/720 + O(h⁷). It is of the order of
     /// the scheme's own error and needs no evaluations (docs/theory.md#error-control).

@@ -52,8 +52,8 @@ pub struct Tangents {
 }
 
 impl Tangents {
-    /// Unit angular offsets of the direction at a fixed point of index `n`: δx = 0, δv = n·t.
-    /// `basis` are unit vectors t perpendicular to the direction.
+    /// Returns the unit angular offsets of the direction at a fixed point of index `n`: δx = 0, δv
+    /// = n·t. `basis` are unit vectors t perpendicular to the direction.
     pub fn angular(n: f64, basis: [DVec3; 2]) -> Self {
         Tangents {
             dx: [DVec3::ZERO; 2],
@@ -61,9 +61,9 @@ impl Tangents {
         }
     }
 
-    /// Unit offsets of the position at a fixed `direction`, as of plane waves: δx = a, δv =
-    /// (∇n·a)·direction, for the vectors a of `basis`. `grad_n2` is ∇n² at the start, `n` the index
-    /// there.
+    /// Returns the unit offsets of the position at a fixed `direction`, as of plane waves: δx = a,
+    /// δv = (∇n·a)·direction, for the vectors a of `basis`. `grad_n2` is ∇n² at the start, `n` the
+    /// index there.
     pub fn lateral(n: f64, grad_n2: DVec3, direction: DVec3, basis: [DVec3; 2]) -> Self {
         Tangents {
             dx: basis,
@@ -71,7 +71,7 @@ impl Tangents {
         }
     }
 
-    /// Signed cross section of the ray tube, δx₁ × δx₂ · v̂ = det Uᵀ[δx₁ δx₂].
+    /// Returns the signed cross section of the ray tube, δx₁ × δx₂ · v̂ = det Uᵀ[δx₁ δx₂].
     ///
     /// Its magnitude is J for tangents started by [`Tangents::angular`], and A for tangents started
     /// by [`Tangents::lateral`].
@@ -123,8 +123,8 @@ impl Variation for Tangents {
     }
 }
 
-/// Weights at θ of position, velocity and acceleration at both ends of a span `h`, in the quintic
-/// that matches them (Hermite), and in its derivative.
+/// Returns the weights of position, velocity and acceleration at both ends of a span `h` in the
+/// Hermite quintic at θ, and in its derivative.
 fn quintic(h: f64, theta: f64) -> ([f64; 6], [f64; 6]) {
     let (t, u) = (theta, 1.0 - theta);
     let (t2, u2) = (t * t, u * u);
@@ -150,7 +150,7 @@ fn quintic(h: f64, theta: f64) -> ([f64; 6], [f64; 6]) {
     )
 }
 
-/// Two unit vectors that form a right-handed basis with the unit vector `w` (Duff et al.,
+/// Returns two unit vectors that form a right-handed basis with the unit vector `w` (Duff et al.,
 /// "Building an Orthonormal Basis, Revisited", JCGT 6(1), 2017).
 pub fn perpendicular_basis(w: DVec3) -> [DVec3; 2] {
     let sign = 1f64.copysign(w.z);

@@ -11,10 +11,10 @@ use std::ops::ControlFlow;
 
 /// Maximum number of rounds of Newton's method.
 const MOST_ROUNDS: usize = 2;
-/// Relative error of the Jacobian in units of the square of the last coefficients of u″, over the
-/// largest |u″| and the chord's length. It is quadratic because Gauss's quadrature errs by
-/// coefficients twice as far out. The value is several times the largest error seen over fields of
-/// grids, bumps and sound.
+/// Relative error of the Jacobian in units of c²/(a d). c are the last coefficients of u″, a is the
+/// largest |u″|, and d is the length of the chord. It is quadratic because Gauss's quadrature errs
+/// by coefficients twice as far out. The value is several times the largest error seen over fields
+/// of grids, bumps and sound.
 const PER_TAIL: f64 = 0.02;
 /// Relative error of the Jacobian per displacement since the Hessians were evaluated, in chords,
 /// and per squared length of the chord in length scales. The value is as large as the errors seen
@@ -138,11 +138,11 @@ impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
         ControlFlow::Break(None)
     }
 
-    /// Squared fraction of the Hessians' change that may remain uncorrected, for displacements from
-    /// `from`, where the Hessians were evaluated, to the solution. From 1 on, the Hessians suffice
-    /// as they are. The field's length scale bounds the change, or the forces on the chord yield an
-    /// estimate. There the exact forces differ from the linear ones by half the Hessians' change
-    /// times the displacement.
+    /// Returns the squared fraction of the Hessians' change that may remain uncorrected. The change
+    /// is the change between the points `from`, where the Hessians were evaluated, and the
+    /// solution. If the result is at least 1, no correction is necessary. The field's length scale
+    /// bounds the change, or the forces on the chord give an estimate. On the chord, the exact
+    /// forces differ from the linear forces by half the Hessians' change times the displacement.
     #[inline(always)]
     fn tolerated2<S: Simd>(
         &self,
@@ -170,7 +170,7 @@ impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
         by_scale2.max(1.0 / (per * per * change2 * solution.shift2))
     }
 
-    /// True if the nodes resolve the forces.
+    /// Returns true if the nodes resolve the forces.
     #[inline(always)]
     fn resolves<S: Simd>(&self, problem: &BoundaryProblem, solution: &Solution<S, N>) -> bool {
         let [first, second] = &self.rule.tail;

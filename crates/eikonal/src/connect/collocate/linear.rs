@@ -27,7 +27,7 @@ pub(super) struct Solution<S: Simd, const N: usize> {
     pub u: [f64x4<S>; N],
     /// Forces ½∇n² at the displacements `u`.
     pub a: [f64x4<S>; N],
-    /// n² and forces where they were evaluated.
+    /// n² and forces at the points of their evaluation.
     n2: [f64; N],
     force: [f64x4<S>; N],
     /// Columns of ½Hess(n²) where evaluated, or as corrected by probes.

@@ -1,12 +1,12 @@
-//! The ray between two points within one field by collocation, without tracing rays.
+//! Collocation: the ray between two points within one field, without tracing rays.
 //!
 //! With t = σ/σ₁ from 0 to 1 the ray is x + (y − x)t + u(t), u″ = σ₁²a, u = 0 at both ends, where a
 //! = ½∇n² along the ray. As |x′| = σ₁n everywhere and ∫|u′|² dt = −∫u·u″ dt, σ₁² = |y − x|²/∫(n² +
 //! a·u) dt. Forces at a few nodes on the chord give a first guess. At the displaced nodes of a
-//! finer rule, Hessians of n² give forces that are linear in the displacement. With these forces
-//! the equation is solved by iteration, without further evaluations: this is Newton's method. The
-//! Hessians also propagate the tangents, of which only the end is needed. If the ray lies too far
-//! from the guess, two of its nodes measure the change of the Hessians, or there is a second round.
+//! finer rule, Hessians of n² give forces that are linear in the displacement. With these forces,
+//! iteration solves the equation without further evaluations: this is Newton's method. The Hessians
+//! also propagate the tangents, which are needed only at the end. If the ray lies too far from the
+//! guess, two of its nodes measure the change of the Hessians, or there is a second round.
 //!
 //! Theory: docs/theory.md#collocation.
 
@@ -24,15 +24,15 @@ use glam::DVec3;
 use level::Level;
 use std::ops::ControlFlow;
 
-/// Rule for the chord: no point of the chord is further from a node than a fifth of the chord.
+/// Rule for the chord. Every point of the chord is within a fifth of the chord from a node.
 const COARSE: QuadratureRule<3> = QuadratureRule::new();
 static SHORTEST: Level<3, 4, 1> = Level::new();
 static SHORT: Level<3, 6, 2> = Level::new();
 static MIDDLE: Level<6, 8, 3> = Level::new();
 static LONG: Level<8, 12, 4> = Level::new();
 
-/// Longest chord for each level, in length scales, at the tolerance 1e-4. Longer chords might miss
-/// a feature.
+/// Longest chord for each level, in length scales, at the tolerance 1e-4. On a longer chord, the
+/// nodes might miss a feature of the field.
 const SPANNED: [f64; 4] = [1.5, 3.5, 4.5, 7.0];
 
 /// A ray found by collocation.
@@ -50,7 +50,7 @@ pub(super) struct CollocatedRay {
 
 /// Output of a search.
 pub(super) struct Collocation<'a> {
-    /// Pieces of the ray, if there is one.
+    /// Pieces of the ray that was found; empty if there is none.
     pub arcs: &'a mut Vec<Arc>,
     /// Counter of field evaluations.
     pub evaluations: &'a mut u64,
@@ -167,7 +167,7 @@ mod tests {
     use super::*;
     use crate::field::Gaussian;
 
-    /// Values of rays over chords that take 4, 6, 8 and 12 nodes.
+    /// Returns the values of rays over chords that take 4, 6, 8 and 12 nodes.
     fn values(lanes: Lanes) -> Vec<f64> {
         let field = Field::from(Gaussian::new(1.33, 0.1, DVec3::ZERO, 0.4).unwrap());
         let ray = |length: f64| {

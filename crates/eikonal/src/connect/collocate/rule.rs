@@ -1,9 +1,9 @@
 //! Collocation at the nodes of Gauss–Legendre quadrature: u″ = f on [0, 1] with u(0) = u(1) = 0,
 //! for the polynomial f through values at the nodes.
 //!
-//! The polynomial is Σₖ cₖPₖ(2t − 1) with cₖ = (2k + 1) Σᵢ wᵢ Pₖ(2tᵢ − 1) fᵢ, because the
-//! quadrature is exact for products of these polynomials. Legendre polynomials are integrated by
-//! (2k + 1)Pₖ = (Pₖ₊₁ − Pₖ₋₁)′.
+//! The polynomial is Σₖ cₖPₖ(2t − 1) with cₖ = (2k + 1) Σᵢ wᵢ Pₖ(2tᵢ − 1) fᵢ. These coefficients
+//! are exact, because the quadrature is exact for products of the polynomials. Legendre polynomials
+//! are integrated by (2k + 1)Pₖ = (Pₖ₊₁ − Pₖ₋₁)′.
 
 use crate::lanes::Summand;
 
@@ -192,8 +192,8 @@ const fn legendre(z: f64) -> [f64; DEGREES] {
     p
 }
 
-/// Roots of P_N(2t − 1), from the last to the first. Newton's method is applied to the polynomial
-/// with the known roots divided out; from the right it descends to each root.
+/// Returns the roots of P_N(2t − 1), from the last to the first. Newton's method is applied to the
+/// polynomial with the known roots divided out; from the right it descends to each root.
 const fn roots<const N: usize>() -> [f64; N] {
     let mut roots = [0.0; N];
     let mut known = 0;
@@ -218,7 +218,7 @@ const fn roots<const N: usize>() -> [f64; N] {
     roots
 }
 
-/// Σ wᵢfᵢ.
+/// Returns Σ wᵢfᵢ.
 #[inline(always)]
 pub(crate) fn sum<const N: usize, T: Summand>(w: &[f64; N], of: &[T; N]) -> T {
     let mut sum = of[0] * w[0];

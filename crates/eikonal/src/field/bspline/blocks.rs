@@ -40,7 +40,7 @@ struct Level {
 }
 
 impl Blocks {
-    /// True if a range of cells is so large that blocks pay off.
+    /// Returns true if a range of cells is so large that blocks pay off.
     pub(super) fn pay(cells: &Cells) -> bool {
         let count: usize = cells.iter().map(|[a, b]| (b - a + 1) as usize).product();
         count > FEW
@@ -81,7 +81,7 @@ impl Blocks {
         level.union(span(level))
     }
 
-    /// Memory in bytes.
+    /// Returns the memory in bytes.
     pub(super) fn memory(&self) -> usize {
         let count: usize = self.levels.iter().map(|l| l.bounds.len()).sum();
         count * size_of::<FieldBounds>()

@@ -173,7 +173,7 @@ fn first_weights<S: Simd>(simd: S, t: f64) -> f32x4<S> {
     c(f0).plus(t, c(f1).plus(t, c(f2)))
 }
 
-/// Duplicates each weight for both parts.
+/// Duplicates each weight for the real and the imaginary part.
 #[inline(always)]
 fn twice<S: Simd>(simd: S, weights: f32x4<S>) -> f32x8<S> {
     simd.combine_f32x4(weights.zip_low(weights), weights.zip_high(weights))

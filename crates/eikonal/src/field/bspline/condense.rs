@@ -26,11 +26,11 @@ const LINES: usize = 24;
 /// Maximum number of grids that are tried. Each has more samples along the axis that contributes
 /// most to an excessive change by the previous grid.
 const TRIES: usize = 6;
-/// Factor of the tolerance that a sum of changes along the three axes must exceed to be certainly
-/// excessive. Each change contains the rounding of the sample, at most a fifth of the tolerance;
-/// the combined change contains it only once.
+/// Factor on the tolerance. A sum of changes along the three axes that exceeds the product is
+/// certainly too large. Each change contains the rounding of the sample, at most a fifth of the
+/// tolerance; the combined change contains it only once.
 const CERTAIN: f64 = 1.4;
-/// Step between planes that are compared, so that a difference is found early.
+/// Step between planes that are compared, so that the comparison finds differences early.
 const STRIDE: usize = 7;
 
 impl Bspline {
@@ -65,7 +65,7 @@ impl Bspline {
         })
     }
 
-    /// Returns this field through fewer of its samples, found as by [`Bspline::from_fewer`]; `None`
+    /// Returns this field with fewer of its samples, like [`Bspline::from_fewer`]. Returns `None`
     /// in the cases listed there.
     pub fn condensed(&self, tolerance: f64) -> Option<Bspline> {
         if self.is_constant() || self.lattice.stored() < FEW {
@@ -164,8 +164,8 @@ impl Axis {
     }
 }
 
-/// Changes of one sample, by axis and by the factor by which samples are thinned along this axis
-/// alone. Small changes along several axes add up.
+/// Changes of one sample, by axis and by the factor of thinning along this axis alone. Small
+/// changes along several axes add up.
 #[derive(Clone, Copy, Default)]
 struct Changes([[f64; FACTORS.len()]; 3]);
 

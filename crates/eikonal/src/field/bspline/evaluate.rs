@@ -233,7 +233,7 @@ mod tests {
         (0..2000).flat_map(jet).collect()
     }
 
-    /// A grid with sizes that are no multiples of columns.
+    /// Returns a grid with sizes that are no multiples of columns.
     fn grid(layout: Layout) -> Bspline {
         let cube = Aabb::new(DVec3::splat(-1.0), DVec3::ONE);
         let lattice = Lattice::new([9, 8, 7], cube, Placement::Nodes).unwrap();

@@ -14,9 +14,9 @@ const EDGE: usize = 8;
 const EQUAL: f64 = 1.0 / (1u64 << 40) as f64;
 
 /// Largest weight of a sample in a coefficient that acts in a block, by the number of blocks
-/// between them. The weight is (2 − √3)ⁿ for a sample n samples away, with n = 6 for samples beyond
-/// a neighbouring block, times 10 for the sums along three axes. Each weight is relative to the
-/// previous one.
+/// between them. Each weight is relative to the previous weight. A sample at a distance of n
+/// samples has the weight (2 − √3)ⁿ. n is 6 for samples beyond a neighbouring block. The factor 10
+/// is for the sums along three axes.
 const SHARES: [f64; 3] = [10.0 * 3.7e-4, 2.7e-5, 2.7e-5];
 
 /// Blocks of cells with equal coefficients.
@@ -43,8 +43,8 @@ impl HomogeneousBlocks {
         Self::of_still(lattice, ranges.iter().map(is_still))
     }
 
-    /// Finds the blocks of the spline through samples from the samples alone; omits blocks with
-    /// coefficients that may differ.
+    /// Finds the blocks of the spline through samples from the samples alone. Blocks with
+    /// coefficients that may differ do not count as homogeneous.
     pub(super) fn of_samples(lattice: &Lattice, values: &impl Values) -> Option<Self> {
         let dims = blocks(lattice);
         let mut ranges = ranges_of_samples(values, dims);
@@ -114,18 +114,18 @@ impl HomogeneousBlocks {
         exit(0).min(exit(1)).min(exit(2))
     }
 
-    /// Memory in bytes.
+    /// Returns the memory in bytes.
     pub(super) fn memory(&self) -> usize {
         self.layers.len()
     }
 }
 
-/// Number of cells along each axis.
+/// Returns the number of cells along each axis.
 fn cells(lattice: &Lattice) -> [usize; 3] {
     lattice.dims().map(|n| (n - 1).max(1))
 }
 
-/// Number of blocks along each axis.
+/// Returns the number of blocks along each axis.
 fn blocks(lattice: &Lattice) -> [usize; 3] {
     cells(lattice).map(|n| n.div_ceil(EDGE))
 }
@@ -205,8 +205,8 @@ fn acting(block: usize, stored: usize) -> Range<usize> {
     first.min(stored)..(first + EDGE + 3).min(stored)
 }
 
-/// Computes the distance of each block, as the largest of the three coordinates, to the nearest
-/// block with value zero, given the distances along the earlier axes.
+/// Computes the distance of each block to the nearest block with value zero, given the distances
+/// along the earlier axes. The distance is the largest of the three coordinate differences.
 fn spread(layers: &mut [u8], dims: [usize; 3], axis: usize) {
     let stride = [1, dims[0], dims[0] * dims[1]][axis];
     let mut line = vec![0; dims[axis]];

@@ -37,8 +37,8 @@ pub(super) enum Layout {
     /// Rows along x, one after another along y, then z.
     Rows,
     /// Columns of 4 × 4 rows; within a column x is slowest. The coefficients that act at a point
-    /// lie in at most 4 runs of memory instead of 16, which pays off where the cache cannot hold
-    /// them.
+    /// lie in at most 4 runs of memory instead of 16. This is faster if the cache cannot hold all
+    /// coefficients.
     Columns,
 }
 
@@ -99,13 +99,13 @@ impl Lattice {
         self.dims
     }
 
-    /// Number of coefficients along each axis.
+    /// Returns the number of coefficients along each axis.
     pub(super) fn stored_dims(&self) -> [usize; 3] {
         self.dims.map(|n| n + 2 * PAD)
     }
 
-    /// Returns a lattice with every second sample along the axes that have many; `None` if no axis
-    /// has. The result is always in rows.
+    /// Returns a lattice with every second sample along the axes with at least [`MANY`] samples.
+    /// Returns `None` if there is no such axis. The result is always in rows.
     pub(super) fn coarser(&self) -> Option<Self> {
         let halved = self.dims.map(|n| n >= MANY);
         let factor = DVec3::from_array(halved.map(|h| if h { 2.0 } else { 1.0 }));
@@ -129,7 +129,8 @@ impl Lattice {
         self.layout
     }
 
-    /// Number of coefficients along each axis for which there is memory: columns are complete.
+    /// Returns the number of coefficients along each axis for which there is memory: columns are
+    /// complete.
     fn room(&self) -> [usize; 3] {
         let [x, y, z] = self.stored_dims();
         match self.layout {
@@ -138,7 +139,7 @@ impl Lattice {
         }
     }
 
-    /// Number of coefficients for which there is memory.
+    /// Returns the number of coefficients for which there is memory.
     pub(super) fn stored(&self) -> usize {
         self.room().iter().product()
     }
@@ -156,8 +157,8 @@ impl Lattice {
         (0..3).map(|axis| index[axis] * strides[axis]).sum()
     }
 
-    /// Number of coefficients of four planes across z, which take equal memory in rows and in
-    /// columns.
+    /// Returns the number of coefficients of four planes across z, which take equal memory in rows
+    /// and in columns.
     pub(super) fn slab(&self) -> usize {
         let [x, y, _] = self.room();
         WIDTH * x * y
@@ -175,8 +176,8 @@ impl Lattice {
         }
     }
 
-    /// Contribution of an index along an axis, counted from the first stored coefficient, to the
-    /// place of a coefficient in the final order.
+    /// Returns the contribution of an index along an axis, counted from the first stored
+    /// coefficient, to the place of a coefficient in the final order.
     #[inline(always)]
     pub(super) fn place(&self, axis: usize, i: usize) -> usize {
         if self.layout == Layout::Rows {
@@ -216,16 +217,17 @@ impl Lattice {
         ((x - self.origin) * self.per_spacing).max(low).min(high)
     }
 
-    /// Returns the first of the four coefficients that act at a position along each axis, counted
-    /// from the first stored one, and the fraction of the cell there, in [0, 1]. On a knot it
-    /// returns the cell before or after the knot; their values agree.
+    /// Returns the index of the first of the four coefficients that act at a position, along each
+    /// axis, counted from the first stored coefficient. Also returns the position within the cell,
+    /// as fractions in [0, 1]. On a knot it returns the cell before or after the knot; both give
+    /// equal values.
     #[inline(always)]
     pub(super) fn locate(&self, x: DVec3) -> ([isize; 3], DVec3) {
         let (cell, fraction) = cells::located(self.coordinates(x));
         (cell.map(first_coefficient), fraction)
     }
 
-    /// True if the four coefficients from each of `first` on are stored.
+    /// Returns true if the four coefficients from each of `first` on are stored.
     #[inline(always)]
     pub(super) fn inside(&self, first: [isize; 3]) -> bool {
         let [x, y, z] = self.dims.map(|n| n + 2 * PAD - 4);
@@ -234,8 +236,8 @@ impl Lattice {
         (i <= x) & (j <= y) & (k <= z)
     }
 
-    /// Returns the index along `axis` of the stored coefficient that replaces index `i`, which is
-    /// counted from the first stored one and may lie outside.
+    /// Returns the index along `axis` of the stored coefficient that replaces index `i`. Both count
+    /// from the first stored coefficient; `i` may lie outside the stored range.
     pub(super) fn clamp(&self, axis: usize, i: isize) -> usize {
         i.clamp(0, (self.dims[axis] + 2 * PAD - 1) as isize) as usize
     }
@@ -246,8 +248,8 @@ pub(super) fn cell(t: f64) -> isize {
     t.floor() as isize
 }
 
-/// Returns the first of the four coefficients that act in `cell`, counted from the first stored
-/// one.
+/// Returns the index of the first of the four coefficients that act in `cell`, counted from the
+/// first stored coefficient.
 pub(super) fn first_coefficient(cell: isize) -> isize {
     cell - 1 + PAD as isize
 }

@@ -34,8 +34,8 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, OnceLock};
 
 /// Contrast δ = n² − n_ref² as the tricubic B-spline that interpolates samples on a regular grid.
-/// It is C², of order four in the spacing away from the faces and of order three on them (Unser,
-/// Aldroubi and Eden 1991; on GPUs Ruijters and Thévenaz 2012).
+/// It is C² (Unser, Aldroubi and Eden 1991; on GPUs Ruijters and Thévenaz 2012). Its error is of
+/// order four in the spacing away from the faces, and of order three on the faces.
 ///
 /// Quadratic n², as in a Luneburg lens or a graded rod, is reproduced exactly up to the faces, and
 /// cubic n² away from them. At either end of a line the third difference of the coefficients
@@ -46,8 +46,8 @@ use std::sync::{Arc, Mutex, OnceLock};
 /// it bends to a value that no longer changes along the normal. Rays should not go there; bounds
 /// there are bounds of this bend.
 ///
-/// Coefficients are stored as f32, four bytes a sample, and n_ref² as f64, so that contrasts far
-/// below the f32 resolution of n itself survive. Along an axis with one sample the field is
+/// Coefficients are stored as f32, four bytes a sample, and n_ref² as f64. Contrasts far below the
+/// f32 resolution of n itself are therefore represented. Along an axis with one sample the field is
 /// constant.
 #[derive(Clone, Debug)]
 pub struct Bspline {
@@ -81,7 +81,7 @@ impl Bspline {
         self.coefficients.len() * size_of::<f32>() + blocks + scales + homogeneous + bounds
     }
 
-    /// Creates a field through `samples` of n (f32 or f64), x fastest, then y, then z, of a grid of
+    /// Creates a field from `samples` of n (f32 or f64), x fastest, then y, then z. The grid has
     /// `dims` samples in the box `bounds`.
     ///
     /// With f32 samples of n, 1/spacing² amplifies the rounding of n, 6e-8, in the Hessian
@@ -159,7 +159,7 @@ impl Bspline {
         })
     }
 
-    /// Number of coefficients of a grid of `dims` samples; zero for an invalid grid.
+    /// Returns the number of coefficients of a grid of `dims` samples; zero for an invalid grid.
     /// [`Bspline::from_vec`] does not reallocate a vector of samples with this capacity.
     pub fn room(dims: [usize; 3]) -> usize {
         let cube = Aabb::new(DVec3::ZERO, DVec3::ONE);
@@ -299,20 +299,20 @@ impl Bspline {
         }
     }
 
-    /// Length scale, see [`Scales`].
+    /// Returns the length scale, see [`Scales`].
     pub(super) fn length_scale(&self, x: DVec3) -> f64 {
         let scales = self.scales.as_ref();
         scales.map_or(f64::INFINITY, |s| s.at(self.lattice.coordinates(x)))
     }
 
-    /// Homogeneous span, see [`HomogeneousBlocks::span`].
+    /// Returns the homogeneous span, see [`HomogeneousBlocks::span`].
     pub(super) fn homogeneous_span(&self, x: DVec3, v: DVec3) -> f64 {
         let homogeneous = self.homogeneous.as_ref();
         homogeneous.map_or(0.0, |blocks| blocks.span(x, v))
     }
 
-    /// Span of two cells along the axis along which a ray is fastest; a basis function extends over
-    /// four cells.
+    /// Returns the span of two cells along the axis along which a ray is fastest; a basis function
+    /// extends over four cells.
     pub(super) fn resolved_span(&self, v: DVec3) -> f64 {
         2.0 / (v * self.lattice.per_spacing()).abs().max_element()
     }

@@ -36,10 +36,9 @@ struct Sums {
 }
 
 impl Bspline {
-    /// Returns the fractions of the field's derivatives that are due to noise in the samples of n,
-    /// with the standard deviation `sigma`, if the samples are interpolated. The noise is limited
-    /// by the roughness of the samples: along an axis where the samples are smoother than this
-    /// noise, their own roughness is used instead.
+    /// Returns the fractions of the field's derivatives caused by noise in the samples of n, if the
+    /// samples are interpolated. `sigma` is the standard deviation of the noise. Along an axis with
+    /// samples smoother than this noise, the roughness of the samples is used instead.
     pub fn noise_shares(&self, sigma: f64) -> NoiseShares {
         let (mut noise, mut total) = ([0.0; 3], [0.0; 3]);
         for axis in 0..3 {

@@ -18,8 +18,8 @@ const STEEP: f64 = 0.8;
 
 /// Length scale at nodes every few cells, interpolated linearly between them.
 ///
-/// At a sample it is L = (2n²/|∂⁴n²|)^¼, which makes the fifth derivative of a ray with respect to
-/// σ n⁵L⁻⁴. It is at most (2n²/|∂²n²|)^½, the distance over which the field turns a ray. Fourth
+/// At a sample it is L = (2n²/|∂⁴n²|)^¼. The fifth derivative of a ray with respect to σ is then
+/// n⁵L⁻⁴. It is at most (2n²/|∂²n²|)^½, the distance over which the field turns a ray. Fourth
 /// derivatives are fourth differences of the coefficients, which are the jumps of the third
 /// derivative of the spline. Around a sample the scale is at most the sample's scale plus the
 /// distance. A step of this length cannot jump over the feature that makes the scale small.
@@ -43,7 +43,7 @@ impl Scales {
         self.0.at(t * (1.0 / EDGE as f64))
     }
 
-    /// Memory in bytes.
+    /// Returns the memory in bytes.
     pub(super) fn memory(&self) -> usize {
         self.0.memory()
     }

@@ -2,9 +2,9 @@
 //!
 //! Along a line of samples f, the coefficients c minimise |f − Bc|² + λ|D⁴c|², with B the spline's
 //! values at the samples and D⁴ fourth differences (Eilers and Marx 1996). Cubic profiles do not
-//! change. Waves of ω per sample are multiplied by about 1/(1 + λω⁸), so that waves longer than
-//! 2πλ^⅛ samples pass. The largest λ is chosen for which the samples differ from the spline by no
-//! more than their noise explains (Reinsch 1967).
+//! change. Waves of ω per sample are multiplied by about 1/(1 + λω⁸): waves longer than 2πλ^⅛
+//! samples remain. λ is as large as possible while the noise explains the differences between the
+//! samples and the spline (Reinsch 1967).
 //!
 //! Theory: docs/theory.md#sampled-fields.
 
@@ -146,8 +146,8 @@ fn entry(lower: &[[f64; ORDER]], i: usize, back: usize) -> f64 {
     lower[i][back - 1]
 }
 
-/// Fraction of white noise's variance that the spline does not follow: the mean of the square of
-/// λd/(b² + λd) over all ω, with b and d the squares of the responses of B and D⁴.
+/// Returns the fraction of white noise's variance that the spline does not follow: the mean of the
+/// square of λd/(b² + λd) over all ω, with b and d the squares of the responses of B and D⁴.
 fn rejected(lambda: f64) -> f64 {
     const STEPS: i32 = 4000;
     let part = |i: i32| {

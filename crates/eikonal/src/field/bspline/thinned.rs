@@ -41,7 +41,7 @@ impl Thinned {
         }
     }
 
-    /// Number of samples that are kept.
+    /// Returns the number of samples that are kept.
     pub(super) fn count(&self) -> usize {
         self.count
     }
@@ -59,8 +59,8 @@ impl Thinned {
         vec![[0.0; LANES]; self.stored()]
     }
 
-    /// Returns the largest change of a sample, and this sample, on the lines along an axis through
-    /// some samples of a grid, if samples are thinned along this axis alone.
+    /// Returns the largest change of a sample, and this sample, if samples are thinned along one
+    /// axis alone. Only lines along this axis through the samples `through` are examined.
     pub(super) fn worst(
         &self,
         axis: usize,
@@ -104,7 +104,7 @@ impl Thinned {
         together.collect()
     }
 
-    /// Returns the place of a sample among the kept ones.
+    /// Returns the position of a sample among the kept samples.
     fn place(&self, i: usize) -> Taps {
         Taps::at(i as f64 / self.spacing)
     }
@@ -174,13 +174,13 @@ impl Thinned {
     }
 }
 
-/// Factor of coefficient i + 1 in the equation of coefficient i, after elimination of the
-/// coefficient before the first.
+/// Returns the factor of coefficient i + 1 in the equation of coefficient i, after elimination of
+/// the coefficient before the first.
 fn above(i: usize) -> f64 {
     if i == 0 { 2.0 } else { 1.0 }
 }
 
-/// Factor of coefficient i − 1 of `count` in the equation of coefficient i.
+/// Returns the factor of coefficient i − 1 of `count` in the equation of coefficient i.
 fn below(i: usize, count: usize) -> f64 {
     if i + 1 == count { 2.0 } else { 1.0 }
 }

@@ -11,7 +11,7 @@ use fearless_simd::{Simd, SimdBase, dispatch, f64x4};
 use glam::DVec3;
 
 impl Bspline {
-    /// Number of coefficients, including coefficients beyond the samples.
+    /// Returns the number of coefficients, including coefficients beyond the samples.
     pub(in crate::field) fn coefficient_count(&self) -> usize {
         self.lattice.stored_dims().iter().product()
     }
@@ -102,13 +102,13 @@ impl Bspline {
         data
     }
 
-    /// Number of samples along x, y and z.
+    /// Returns the number of samples along x, y and z.
     pub fn dims(&self) -> [usize; 3] {
         self.lattice.dims()
     }
 
-    /// True if the spline passes through its samples; false if it deviates from them by their
-    /// noise.
+    /// Returns true if the spline passes through its samples; false if it deviates from them by
+    /// their noise.
     pub fn interpolates(&self) -> bool {
         self.interpolates
     }

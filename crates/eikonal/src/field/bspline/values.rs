@@ -111,7 +111,8 @@ impl Values for Bspline {
     }
 }
 
-/// True if `is` holds for all samples; tests several samples together with vector instructions.
+/// Returns true if `is` holds for all samples; tests several samples together with vector
+/// instructions.
 fn all<T: Copy>(samples: &[T], is: impl Fn(T) -> bool) -> bool {
     let all = |some: &[T]| some.iter().fold(true, |all, v| all & is(*v));
     samples.chunks(TOGETHER).all(all)
@@ -119,7 +120,7 @@ fn all<T: Copy>(samples: &[T], is: impl Fn(T) -> bool) -> bool {
 
 /// The four coefficients that act at a place along an axis, and their weights.
 pub(super) struct Taps {
-    /// Index of the first coefficient, counted from the first stored one.
+    /// Index of the first coefficient, counted from the first stored coefficient.
     first: usize,
     weights: [f64; 4],
 }

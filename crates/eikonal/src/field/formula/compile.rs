@@ -90,7 +90,7 @@ pub(super) fn compiled(
     })
 }
 
-/// Number of inputs that are coordinates.
+/// Returns the number of inputs that are coordinates.
 fn inputs(domain: Domain) -> usize {
     if domain == Domain::Space { 3 } else { 1 }
 }
@@ -173,9 +173,9 @@ impl Compiler<'_> {
         id
     }
 
-    /// Returns the node of a power. If a parameter in the exponent is an input, the power with the
-    /// parameter's value is multiplied by a factor for the change of the exponent. Negative bases
-    /// thus keep their integer powers.
+    /// Returns the node of a power. If a parameter in the exponent is an input, the node is the
+    /// power with the parameter's value, times a factor for the change of the exponent. Negative
+    /// bases thus keep their integer powers.
     fn power(&mut self, base: Id, exponent: &Expr) -> Result<Id, FormulaError> {
         let at = |kind| FormulaError {
             kind,

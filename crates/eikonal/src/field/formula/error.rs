@@ -55,7 +55,7 @@ pub enum FormulaErrorKind {
     ArgumentCount {
         /// Name of the function.
         name: String,
-        /// Number of arguments that it takes.
+        /// Number of arguments that the function takes.
         expected: usize,
         /// Number of arguments found.
         found: usize,

@@ -76,7 +76,7 @@ impl Interval {
         self.low.abs().max(self.high.abs())
     }
 
-    /// True if the interval contains a number.
+    /// Returns true if the interval contains a number.
     pub(in crate::field) fn contains(self, v: f64) -> bool {
         self.low <= v && v <= self.high
     }
@@ -305,7 +305,7 @@ mod tests {
         (Real::erf, libm::erf),
     ];
 
-    /// Intervals with ends at multiples of 0.37, and numbers in them.
+    /// Returns intervals with ends at multiples of 0.37, and numbers in them.
     fn cases() -> impl Iterator<Item = (Interval, Vec<f64>)> {
         (-20..20).flat_map(|i| {
             (0..20).map(move |w| {

@@ -53,8 +53,8 @@ pub(super) fn words(text: &str) -> Result<Vec<Placed>, FormulaError> {
     Ok(words)
 }
 
-/// True if the text is a valid name of a parameter: letters, digits and underscores, not starting
-/// with a digit.
+/// Returns true if the text is a valid name of a parameter: letters, digits and underscores, not
+/// starting with a digit.
 pub(super) fn is_name(text: &str) -> bool {
     let (token, length) = name(text);
     length == text.len()

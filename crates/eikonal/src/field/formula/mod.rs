@@ -157,7 +157,7 @@ impl Formula {
         self.constant
     }
 
-    /// True if the formula uses the parameter.
+    /// Returns true if the formula uses the parameter.
     pub fn uses(&self, parameter: &str) -> bool {
         self.used.iter().any(|name| name == parameter)
     }

@@ -89,7 +89,7 @@ impl Program {
         })
     }
 
-    /// Number of operations.
+    /// Returns the number of operations.
     pub(in crate::field) fn len(&self) -> usize {
         self.instructions.len()
     }

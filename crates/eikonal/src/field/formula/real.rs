@@ -12,49 +12,49 @@ pub(in crate::field) trait Real:
     + Div<Output = Self>
     + Neg<Output = Self>
 {
-    /// A constant.
+    /// Returns a constant.
     fn of(value: f64) -> Self;
-    /// Value to use as the argument of a root or as a divisor. An exact zero becomes the smallest
-    /// number whose powers do not overflow, so that derivatives by the distance from a centre have
-    /// their limits there.
+    /// Returns the value to use as the argument of a root or as a divisor. An exact zero becomes
+    /// the smallest number whose powers do not overflow, so that derivatives by the distance from a
+    /// centre have their limits there.
     fn off_zero(self) -> Self;
-    /// Sign of x, 1 or −1.
+    /// Returns the sign of x, 1 or −1.
     fn sign(self) -> Self;
-    /// Square x².
+    /// Returns the square x².
     fn square(self) -> Self;
-    /// Integer power xᵏ.
+    /// Returns the integer power xᵏ.
     fn integer_power(self, k: i32) -> Self;
-    /// Real power xᵖ of x > 0.
+    /// Returns the real power xᵖ of x > 0.
     fn real_power(self, p: f64) -> Self;
-    /// Square root √x.
+    /// Returns the square root √x.
     fn sqrt(self) -> Self;
-    /// Exponential eˣ.
+    /// Returns the exponential eˣ.
     fn exp(self) -> Self;
-    /// Logarithm ln x.
+    /// Returns the logarithm ln x.
     fn ln(self) -> Self;
-    /// sin x.
+    /// Returns sin x.
     fn sin(self) -> Self;
-    /// cos x.
+    /// Returns cos x.
     fn cos(self) -> Self;
-    /// tan x.
+    /// Returns tan x.
     fn tan(self) -> Self;
-    /// arcsin x.
+    /// Returns arcsin x.
     fn asin(self) -> Self;
-    /// arccos x.
+    /// Returns arccos x.
     fn acos(self) -> Self;
-    /// arctan x.
+    /// Returns arctan x.
     fn atan(self) -> Self;
-    /// sinh x.
+    /// Returns sinh x.
     fn sinh(self) -> Self;
-    /// cosh x.
+    /// Returns cosh x.
     fn cosh(self) -> Self;
-    /// tanh x.
+    /// Returns tanh x.
     fn tanh(self) -> Self;
-    /// Error function erf x.
+    /// Returns the error function erf x.
     fn erf(self) -> Self;
-    /// Angle of the point (`x`, `self`), between −π and π.
+    /// Returns the angle of the point (`x`, `self`), between −π and π.
     fn atan2(self, x: Self) -> Self;
-    /// True if the angle of the point (`x`, `self`) may jump.
+    /// Returns true if the angle of the point (`x`, `self`) may jump.
     fn is_cut(self, x: Self) -> bool;
 }
 

@@ -280,7 +280,8 @@ impl<B: Real, const K: usize> Number for Series<B, K> {
     }
 }
 
-/// Coefficient k of 1 ± f², the slope of tan and tanh, from the coefficients of f up to order k.
+/// Returns coefficient k of 1 ± f², the slope of tan and tanh, from the coefficients of f up to
+/// order k.
 #[inline(always)]
 fn tangent_slope<B: Real, const K: usize>(f: &[B; K], k: usize, sign: f64) -> B {
     if k == 0 {
