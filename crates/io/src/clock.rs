@@ -46,7 +46,8 @@ impl<'a> Clock<'a> {
         }
     }
 
-    /// Decides between passes if the run goes on. A run that has all its samples ends by itself.
+    /// Decides after each pass whether the run continues. It does not stop a run that has all its
+    /// samples.
     pub fn look(&mut self, is_done: bool) -> ControlFlow<()> {
         self.stopped = self.reason().filter(|_| !is_done);
         if self.stopped.is_some() {

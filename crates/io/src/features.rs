@@ -63,7 +63,7 @@ fn lists_own(object: &ObjectDescription) -> bool {
     list.split(',').map(str::trim).any(is_own)
 }
 
-/// Counts errors by message, without their places; the most frequent message comes first.
+/// Counts errors by message, regardless of their positions. The most frequent message comes first.
 pub fn missing(diagnostics: &Diagnostics) -> Vec<(String, usize)> {
     let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
     let errors = diagnostics.iter().filter(|d| d.severity == Severity::Error);

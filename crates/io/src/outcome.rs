@@ -33,7 +33,7 @@ impl Run<'_> {
         })
     }
 
-    /// Returns true if `body` contains samples of this run, whichever they are.
+    /// Returns true if `body` can contain samples of this run.
     pub fn fits(&self, body: &Body) -> bool {
         let scenes = &self.loaded.groups;
         match body {
@@ -42,8 +42,8 @@ impl Run<'_> {
         }
     }
 
-    /// Takes the missing samples on the current thread pool. After each pass it calls `on_pass` and
-    /// asks the clock whether to continue.
+    /// Takes the missing samples on the current thread pool. After each pass it calls `on_pass`.
+    /// The clock decides whether the run continues.
     ///
     /// # Errors
     /// Returns an error if meters have no light to measure.

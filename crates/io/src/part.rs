@@ -99,7 +99,8 @@ pub enum Foreign {
 }
 
 impl Header {
-    /// Checks that samples with another header belong to this render, whatever their total.
+    /// Checks that samples with another header belong to this render. The total numbers of samples
+    /// may differ.
     ///
     /// # Errors
     /// Returns the first difference, as seen from `self`.

@@ -108,8 +108,8 @@ pub fn over_budget(stats: &Stats) -> Value {
     json!({"rays": over.rays, "connections": over.connections, "gathers": over.gathers})
 }
 
-/// Describes in a few words what was given up after too many steps, if anything: its light is
-/// missing.
+/// Describes in a few words which computations were abandoned after too many steps. Their light is
+/// missing. Returns `None` if there were none.
 pub fn possible_bias(stats: &Stats) -> Option<String> {
     let over = &stats.over_budget;
     let counts = [

@@ -104,8 +104,8 @@ impl<'a> Run<'a> {
     pub fn choose(&mut self, handle: &Handle) {
         let mut candidates = std::mem::take(&mut self.candidates);
         if self.strategies {
-            // Without a pilot the first candidate is taken: start with the one that finds more
-            // light.
+            // Without a pilot the first candidate is chosen: start with the candidate that finds
+            // more light.
             candidates.retain(Integrator::splats);
             candidates.reverse();
         }
@@ -167,8 +167,8 @@ impl<'a> Run<'a> {
         format!("a pilot finds it {}", gains.join(" and "))
     }
 
-    /// Adopts the choices made for the run that a part belongs to, of the estimator and of the size
-    /// of replicates, as far as the scene leaves them open.
+    /// Adopts the estimator and the size of replicates of the run to which a part belongs. Choices
+    /// that the scene makes have priority.
     pub fn choose_as(&mut self, header: &Header) {
         if self.loaded.sampler.is_automatic() {
             self.replicates = Some(header.replicates);

@@ -231,8 +231,9 @@ impl Arrays {
     ///
     /// # Errors
     ///
-    /// Returns the errors of [`Arrays::read`]. Returns an error also if an array cannot be read, if
-    /// statistics differ in shape from their values, or if the file is not a measurement.
+    /// Returns the errors of [`Arrays::read`]. Also returns an error if an array cannot be read, or
+    /// if statistics differ in shape from their values. Also returns an error if the file is not a
+    /// measurement.
     pub fn read_measurement(path: &Path, limits: Limits) -> Result<Self, FileError> {
         let mut read = Self::read(path, limits)?;
         if let Some((name, why)) = read.left_out.pop() {

@@ -106,7 +106,7 @@ impl Channels {
         }
     }
 
-    /// Number of channels.
+    /// Returns the number of channels.
     pub(super) fn count(&self) -> usize {
         match self {
             Channels::Luminance => 1,
@@ -115,12 +115,12 @@ impl Channels {
         }
     }
 
-    /// Number of groups that are rendered separately.
+    /// Returns the number of groups that are rendered separately.
     pub(super) fn groups(&self) -> usize {
         self.count().div_ceil(self.group_size())
     }
 
-    /// Number of channels that share their paths.
+    /// Returns the number of channels that share their paths.
     pub(super) fn group_size(&self) -> usize {
         match self {
             Channels::Wavelengths { apart: true, .. } => 1,
@@ -156,7 +156,7 @@ impl Channels {
         }
     }
 
-    /// Number of channels in a group.
+    /// Returns the number of channels in a group.
     pub(super) fn channels_of(&self, group: usize) -> usize {
         (self.count() - self.first(group)).min(self.group_size())
     }

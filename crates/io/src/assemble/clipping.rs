@@ -11,9 +11,9 @@ use transport::volume::GridSamples;
 /// of single precision. It is relative to the largest allowed value, or to the largest value if
 /// there is no upper limit.
 pub(super) const ROUNDING: f64 = 1e-6;
-/// Distance below 0 within which values of an image count as rounded, relative to the image's
-/// largest value. Also the largest fraction of the image's light that such values may remove. Half
-/// precision and lossy compression leave errors of this size.
+/// Largest error of an image's values caused by half precision or lossy compression, relative to
+/// the image's largest value. Negative values of this size count as rounded zeros. They may remove
+/// at most this fraction of the image's light.
 const NEGATIVE: f64 = 1e-4;
 /// Maximum fraction of the light of an image that its negative values may remove.
 const MOST_LOST: f64 = 0.1;
@@ -89,7 +89,7 @@ impl Pixels {
         self.largest = self.largest.max(largest);
     }
 
-    /// True if no value is positive.
+    /// Returns true if no value is positive.
     pub(super) fn are_black(&self) -> bool {
         self.light == 0.0
     }

@@ -79,7 +79,7 @@ fn in_role(rgb: [f64; 3], role: Role) -> SpectrumValue {
 /// Weights of linear sRGB in luminance (ITU-R BT.709).
 const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
 
-/// Luminance of linear sRGB.
+/// Returns the luminance of linear sRGB.
 pub(super) fn luminance(rgb: [f64; 3]) -> f64 {
     rgb.iter().zip(LUMINANCE).map(|(v, w)| v * w).sum()
 }

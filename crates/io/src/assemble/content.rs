@@ -8,14 +8,14 @@ use transport::shape::Mesh;
 use transport::shared::Shared;
 use transport::volume::{GridError, LabelGrid, VolumeGrid};
 
-/// Grids that scenes hold.
+/// Grids of volumes in use.
 pub(super) static GRIDS: Shared<Content, VolumeGrid> = Shared::new();
-/// Placed meshes that scenes hold.
+/// Placed meshes in use.
 pub(super) static MESHES: Shared<Content, Mesh> = Shared::new();
-/// Prefiltered grids of the index that scenes hold.
+/// Prefiltered grids of indices in use.
 pub(super) static SPLINES: Shared<Content, Bspline> = Shared::new();
 
-/// Placed voxel labels that scenes hold.
+/// Placed grids of voxel labels in use.
 static LABELS: Shared<Content, LabelGrid> = Shared::new();
 
 /// Maximum number of values hashed per batch.

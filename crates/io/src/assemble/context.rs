@@ -89,7 +89,7 @@ pub(super) struct MeterPlace {
 
 /// Volume divided into media, before the media on its sides are settled.
 pub(super) struct Divided {
-    /// Numbers of its surfaces among the objects.
+    /// Indices of the volume's surfaces among the objects.
     pub objects: Range<usize>,
     /// Media behind and in front of each surface; `None` is the surrounding medium.
     pub sides: Vec<[Option<MediumId>; 2]>,

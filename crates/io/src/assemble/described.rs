@@ -7,12 +7,13 @@ pub(super) const METERS: [&str; 2] = ["fluencemeter", "irradiancemeter"];
 /// Types of volumes whose index depends on the wavelength.
 pub(super) const DISPERSION_LAWS: [&str; 2] = ["cauchy", "sellmeier"];
 
-/// True if a sensor is a meter.
+/// Returns true if a sensor is a meter.
 pub(super) fn is_meter(object: &ObjectDescription) -> bool {
     METERS.contains(&object.plugin.as_str())
 }
 
-/// True if an object is an index or a phase function that depends on the wavelength of the channel.
+/// Returns true if an object is an index or a phase function that depends on the wavelength of the
+/// channel.
 pub(super) fn disperses(object: &ObjectDescription) -> bool {
     let gives = |name: &str| object.properties.iter().any(|p| p.name == name);
     let gases = ["gladstone_dale", "standard_atmosphere"];
@@ -25,7 +26,7 @@ pub(super) fn disperses(object: &ObjectDescription) -> bool {
     }
 }
 
-/// True if a sensor's image depends on the wavelength of the channel through diffraction.
+/// Returns true if a sensor's image depends on the wavelength of the channel through diffraction.
 pub(super) fn diffracts(sensor: &ObjectDescription) -> bool {
     let mut properties = sensor.properties.iter();
     properties.any(|p| p.name == "diffraction" && p.value == Value::Boolean(true))

@@ -8,11 +8,12 @@ use glam::{DAffine3, DMat3, DVec3};
 use transport::scene::Object;
 use transport::sensor::Orthographic;
 
-/// Radius of the disc through which rays to a point pass, relative to the radius of the scene.
+/// Radius of the disc that represents a point target, relative to the radius of the scene.
 const POINT: f64 = 1e-6;
 /// Distance of the sensor from the centre of the scene, relative to the radius of the scene.
 const DISTANCE: f64 = 2.0;
-/// Smallest sine of the angle between the rays and a flat target.
+/// Smallest sine of the angle between the rays and a flat target: rays along the target never hit
+/// it.
 const EDGE_ON: f64 = 1e-9;
 
 /// Rays of a distant sensor.
@@ -112,8 +113,8 @@ impl Target {
         }
     }
 
-    /// True if rays of a unit direction lie in the plane of the target, or if the target has no
-    /// area.
+    /// Returns true if rays of a unit direction lie in the plane of the target, or if the target
+    /// has no area.
     fn is_edge_on(&self, direction: DVec3) -> bool {
         match self {
             Target::Scene | Target::Point(_) => false,

@@ -10,7 +10,8 @@ use transport::shape::{Mesh, Shape, ShapeError, VoxelFaces};
 use transport::shared::Shared;
 use transport::volume::{GridError, LabelGrid};
 
-/// Surfaces that scenes hold, by the parts of the voxels, their place and the kind of surfaces.
+/// Surfaces of divided volumes in use, by the parts of the voxels, their position and the kind of
+/// surfaces.
 static SURFACES: Shared<Content, Surfaces> = Shared::new();
 
 /// Number of voxels of each label of a volume.

@@ -29,8 +29,8 @@ pub struct Gruneisen {
 }
 
 impl Gruneisen {
-    /// Factor that converts absorbed power, divided by the power of all emitters, to pressure in
-    /// Pa.
+    /// Returns the factor that converts absorbed power, divided by the power of all emitters, to
+    /// pressure in Pa.
     pub fn factor(&self) -> f64 {
         self.parameter * self.pulse_energy / self.metres_per_unit.powi(3)
     }

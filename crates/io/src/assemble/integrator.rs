@@ -60,7 +60,7 @@ pub(super) enum Kind {
 }
 
 impl Kind {
-    /// True if quantities of sensor rays replace light.
+    /// Returns true if quantities of sensor rays replace light.
     fn is_of_quantities(self) -> bool {
         matches!(self, Kind::Aov | Kind::Depth)
     }
@@ -83,7 +83,7 @@ pub(super) struct Method {
 }
 
 impl Method {
-    /// True if quantities other than light are requested.
+    /// Returns true if quantities other than light are requested.
     pub(crate) fn is_aov(&self) -> bool {
         !self.renderer.is_light()
     }
@@ -162,7 +162,7 @@ impl Parameters {
     }
 }
 
-/// True if the scene requests quantities other than light.
+/// Returns true if the scene requests quantities other than light.
 fn is_aov(root: &ObjectDescription, options: &LoadOptions) -> bool {
     let name = options.integrator.as_deref();
     let name = name.or(nested_in(root).map(|o| held(o).plugin.as_str()));
@@ -183,7 +183,7 @@ pub(super) fn channels(
     channels.single(diagnostics)
 }
 
-/// True if an `aov` of the scene lists a colour.
+/// Returns true if an `aov` of the scene lists a colour.
 fn shows_colour(root: &ObjectDescription) -> bool {
     let chain = std::iter::successors(nested_in(root), |object| nested_in(object));
     let lists = chain.flat_map(|object| &object.properties);
@@ -199,7 +199,7 @@ struct Additions {
     squared: bool,
     /// Requested parts of light.
     parts: Option<LightParts>,
-    /// Name that the wrapping integrator gives to the wrapped one.
+    /// Name that the wrapping integrator gives to the wrapped integrator.
     name: Option<String>,
 }
 
@@ -210,7 +210,7 @@ pub(super) fn build(
     options: &LoadOptions,
     context: &mut Context,
 ) -> Method {
-    // Find the integrator that renders, and what the integrators around it add.
+    // Find the integrator that renders, and the additions of the integrators around it.
     let additions = object.map_or(Additions::default(), |object| holders(object, context));
     let object = object.map(held);
     let written = object.and_then(|object| plugin(object, context));
@@ -304,7 +304,7 @@ fn nested_in(object: &ObjectDescription) -> Option<&ObjectDescription> {
     children.find(|o| o.kind == PluginKind::Integrator)
 }
 
-/// True if an integrator wraps another.
+/// Returns true if an integrator wraps another.
 fn holds(object: &ObjectDescription) -> bool {
     let row = schema::find(PluginKind::Integrator, &object.plugin);
     row.is_some_and(|row| row.takes(PluginKind::Integrator))
@@ -470,7 +470,7 @@ fn photons(query: &mut Query) -> PhotonMapping {
     photon
 }
 
-/// Initial radius within which photons count, if given.
+/// Returns the initial radius within which photons count, if given.
 fn radius(query: &mut Query) -> Option<f64> {
     query.float_if_given("radius")
 }

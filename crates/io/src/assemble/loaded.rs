@@ -41,8 +41,8 @@ pub struct Loaded {
     pub groups: Vec<Scene>,
     /// Renderer of the picture.
     pub renderer: Renderer,
-    /// Estimators from which a pilot chooses, including the renderer. Empty if the scene or the
-    /// caller names an estimator.
+    /// Estimators from which a pilot chooses, including the renderer. The list is empty if the
+    /// scene or the caller names an estimator.
     pub candidates: Vec<Integrator>,
     /// Samples per pixel, or number of particles if there are instruments.
     pub samples: u64,
@@ -122,8 +122,8 @@ impl Loaded {
         }
     }
 
-    /// True if each wavelength has its own paths, because a medium disperses or the sensor's
-    /// aperture diffracts.
+    /// Returns true if each wavelength has its own paths, because a medium disperses or the
+    /// sensor's aperture diffracts.
     pub fn is_dispersive(&self) -> bool {
         self.scene().film().group_size == 1 && self.groups.len() > 1
     }

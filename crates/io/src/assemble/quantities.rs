@@ -18,9 +18,9 @@ pub struct NamedQuantity {
     pub aov: Aov,
     /// Name in the scene; the quantity's own name by default.
     pub name: String,
-    /// Names of its channels, as in image files.
+    /// Names of the quantity's channels, as in image files.
     pub channels: Vec<String>,
-    /// True if its second moment is requested too.
+    /// True if the second moment of the quantity is requested, too.
     pub squared: bool,
 }
 
@@ -33,7 +33,7 @@ pub(super) struct Asked {
     squared: bool,
 }
 
-/// Quantities requested by one `aov`, or by several nested ones.
+/// Quantities requested by one `aov`, or by several nested `aov`s.
 #[derive(Clone, Debug, Default)]
 pub(super) struct AskedQuantities {
     list: Vec<Asked>,
@@ -83,7 +83,7 @@ const SQUARE: &str = "m2";
 const LONGEST: usize = 200;
 
 impl AskedQuantities {
-    /// True if a quantity has this name.
+    /// Returns true if a quantity has this name.
     pub(super) fn has(&self, name: &str) -> bool {
         self.list.iter().any(|asked| asked.named(true).name == name)
     }
@@ -95,7 +95,7 @@ pub(super) fn square_of(name: Option<&str>) -> String {
 }
 
 impl NamedQuantity {
-    /// Returns the names of the channels of its second moment.
+    /// Returns the names of the channels of the quantity's second moment.
     pub fn squares(&self) -> impl Iterator<Item = String> {
         let wanted = self.channels.iter().filter(|_| self.squared);
         wanted.map(|channel| square_of(Some(channel)))
@@ -183,7 +183,7 @@ impl AskedQuantities {
         }
     }
 
-    /// True if no quantity is requested.
+    /// Returns true if no quantity is requested.
     pub(super) fn is_empty(&self) -> bool {
         self.list.is_empty()
     }
@@ -213,12 +213,12 @@ impl AskedQuantities {
     }
 }
 
-/// True if a list requests a colour.
+/// Returns true if a list requests a colour.
 pub(super) fn asks_for_colour(list: &str) -> bool {
     kinds(list).any(|aov| aov == Aov::Albedo)
 }
 
-/// True if a list requests quantities of first surfaces.
+/// Returns true if a list requests quantities of first surfaces.
 pub(super) fn asks_for_surfaces(list: &str) -> bool {
     kinds(list).any(Aov::is_of_surface)
 }

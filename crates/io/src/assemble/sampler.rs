@@ -21,13 +21,13 @@ const EVEN: [&str; 6] = [
     "sobol",
 ];
 
-/// Minimum number of replicates if no sampler is named. The error is estimated from their means;
-/// with fewer than ten it is flagged as unreliable.
+/// Minimum number of replicates if no sampler is named. The error is estimated from the means of
+/// replicates. An error from fewer than ten replicates counts as unreliable.
 const MANY_REPLICATES: u64 = 16;
 /// Minimum number of replicates if a sampler without a replicate size is named.
 const SOME_REPLICATES: u64 = 4;
 /// Maximum relative increase of the number of samples by rounding it up to whole replicates, if a
-/// sampler is named. Otherwise the number stays.
+/// sampler is named. Without a named sampler, the number does not change.
 const MAX_INCREASE: f64 = 0.25;
 
 /// Sampler that a scene or a caller names. The greatest one is used if there are several.
@@ -57,7 +57,7 @@ impl SamplerRequest {
         }
     }
 
-    /// True if the size of replicates follows from the number of samples.
+    /// Returns true if the size of replicates follows from the number of samples.
     pub(crate) fn is_automatic(self) -> bool {
         matches!(self, SamplerRequest::Open | SamplerRequest::Even)
     }
@@ -253,8 +253,8 @@ pub(super) fn incompatibility(renderer: &Renderer, reweight: bool) -> Option<Str
     }
 }
 
-/// True if samples are distributed among pixels by noise: the sampler requests it and nothing
-/// prevents it.
+/// Returns true if samples are distributed among pixels by noise: the sampler requests it and
+/// nothing prevents it.
 pub(super) fn is_adaptive(
     samples: &Samples,
     incompatibility: Option<String>,

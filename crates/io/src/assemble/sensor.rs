@@ -113,7 +113,7 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
     })
 }
 
-/// Prepares the film of a distant sensor, which holds one mean: every sample counts alike.
+/// Prepares the film of a distant sensor, which holds one mean: all samples have equal weights.
 fn one_mean(object: &ObjectDescription, spec: &mut FilmSpec, context: &mut Context) {
     if [spec.width, spec.height] != [1, 1] || spec.window.is_some() {
         let message = format!(

@@ -28,7 +28,7 @@ pub(super) fn settle(context: &mut Context) {
     let wishes = std::mem::take(&mut context.wishes);
     for (i, wish) in wishes.iter().enumerate() {
         let interior = interior(i, wish, context);
-        // Determine the exterior below, once every interior is known.
+        // Determine the exterior later, because it depends on all interiors.
         context.objects[i].sides = interior.map(|interior| Sides {
             interior,
             exterior: AMBIENT,
@@ -140,7 +140,8 @@ fn match_divided(context: &mut Context) {
     }
 }
 
-/// True if an object comes near an object outside the range `own` that separates media.
+/// Returns true if an object lies near another object that separates media and is outside the range
+/// `own`.
 fn is_near_others(object: usize, own: &Range<usize>, context: &Context) -> bool {
     let aabb = context.objects[object].shape.aabb();
     let aabb = aabb.grown(1e-9 * aabb.diagonal());
@@ -191,9 +192,9 @@ fn apply_indices(object: usize, wish: &Wish, sides: Sides, context: &mut Context
     }
 }
 
-/// Returns true if the medium outside a dielectric is the transparent inside of another dielectric,
-/// with an index other than `n`, the first one's `ext_ior`. Reports a warning then. Programs that
-/// export scenes write the index of air around all shapes.
+/// Returns true, and reports a warning, if a dielectric lies inside another dielectric with an
+/// index other than `n`. `n` is the `ext_ior` of the inner dielectric. Programs that export scenes
+/// write the index of air around all shapes.
 fn meets_other_glass(object: usize, n: f64, exterior: MediumId, context: &mut Context) -> bool {
     let other = context
         .objects

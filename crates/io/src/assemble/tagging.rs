@@ -137,7 +137,7 @@ fn sounds(scene: &Scene) -> Vec<(usize, Sound)> {
         .collect()
 }
 
-/// True if two values differ by more than rounding.
+/// Returns true if two values differ by more than rounding.
 fn differ(a: f64, b: f64) -> bool {
     (a - b).abs() > SAME * a
 }

@@ -172,7 +172,8 @@ pub(super) fn sampled(
     })
 }
 
-/// Builds the grid of a quantity, shared with scenes that hold an equal one; `None` after an error.
+/// Builds the grid of a quantity, shared with scenes that have an equal grid. Returns `None` after
+/// an error.
 fn grid(
     object: &ObjectDescription,
     name: &str,

@@ -33,7 +33,7 @@ impl Asked {
 }
 
 impl Role {
-    /// True if the role is a single number.
+    /// Returns true if the role is a single number.
     pub(super) fn is_number(self) -> bool {
         matches!(self, Role::Number | Role::Height)
     }

@@ -25,8 +25,8 @@ pub(super) fn undisturbed(scene: &SceneDescription) -> SceneDescription {
     }
 }
 
-/// Copies an object with reference indices in place of varying ones. Objects that are shared stay
-/// shared.
+/// Copies an object, and replaces varying indices by their reference indices. Objects that are
+/// shared stay shared.
 fn object(
     described: &Arc<ObjectDescription>,
     known: &mut HashMap<ObjectId, Arc<ObjectDescription>>,
@@ -56,7 +56,7 @@ fn object(
     made
 }
 
-/// True if a child of a medium is an index.
+/// Returns true if a child of a medium is an index.
 fn is_index(child: &Child) -> bool {
     child.name.as_deref() == Some("ior") && child.object.kind == PluginKind::Volume
 }

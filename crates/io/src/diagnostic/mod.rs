@@ -128,7 +128,7 @@ impl Diagnostics {
         Self::default()
     }
 
-    /// Removes the messages of some checks, and ignores further ones.
+    /// Removes the messages of some checks, and ignores further messages of these checks.
     pub fn silence(&mut self, lints: &[Lint]) {
         self.silenced.extend(lints);
         let silenced = &self.silenced;
@@ -185,7 +185,7 @@ impl Diagnostics {
         }
     }
 
-    /// True if any message is an error.
+    /// Returns true if any message is an error.
     pub fn has_errors(&self) -> bool {
         self.errors > 0
     }
@@ -195,7 +195,7 @@ impl Diagnostics {
         self.errors
     }
 
-    /// True if there is no message.
+    /// Returns true if there is no message.
     pub fn is_empty(&self) -> bool {
         self.items.is_empty()
     }

@@ -51,7 +51,7 @@ impl SourceFile {
         &self.text
     }
 
-    /// True if the lines are names of places: see [`SourceFile::places`].
+    /// Returns true if the lines are names of places: see [`SourceFile::places`].
     pub(crate) fn is_index(&self) -> bool {
         self.is_index
     }

@@ -15,8 +15,8 @@ pub fn closest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) ->
         .into_iter()
         .map(|c| (score(c), c))
         .filter(|(s, _)| *s >= THRESHOLD);
-    // Of equally similar candidates, take the first, so that the suggestion does not depend on
-    // later ones.
+    // Take the first of equally similar candidates, so that the suggestion does not depend on later
+    // candidates.
     scored
         .reduce(|best, next| if next.0 > best.0 { next } else { best })
         .map(|(_, c)| c)

@@ -2,7 +2,7 @@
 
 use super::Location;
 
-/// True if a place is in a JSON file or in a dictionary, which has the same form.
+/// Returns true if a place is in a JSON file or in a dictionary, which has the same form.
 fn in_json(place: &Location) -> bool {
     let extension = place.file().extension();
     place.source().is_index() || extension.is_some_and(|e| e.eq_ignore_ascii_case("json"))

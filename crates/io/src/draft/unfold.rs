@@ -8,8 +8,8 @@ use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::scene::{ObjectDescription, ObjectId, PluginKind, descendants};
 use std::collections::{HashMap, HashSet};
 
-/// Maximum number of repetitions of objects within one object. More are a mistake, and a render
-/// would not end.
+/// Maximum number of repetitions of objects within one object. More repetitions are a mistake, and
+/// the render would take too long.
 const MOST_REPEATED: usize = 4096;
 
 /// Reports every object in which objects repeat too often, unless it lies in another such object.
@@ -35,8 +35,8 @@ pub(super) fn check(root: &ObjectDescription, diagnostics: &mut Diagnostics) {
     }
 }
 
-/// True if a child is built again for each parent. Exceptions are the objects of the scene, and
-/// objects that shapes share, because shapes are numerous.
+/// Returns true if a child is built again for each parent. Exceptions are the objects of the scene,
+/// and objects that shapes share, because shapes are numerous.
 fn repeats(parent: &ObjectDescription, child: &ObjectDescription) -> bool {
     match parent.kind {
         PluginKind::Scene => false,

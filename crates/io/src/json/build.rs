@@ -5,8 +5,7 @@ use crate::diagnostic::{Diagnostic, Diagnostics, Location, SourceFile};
 use crate::scene::Tensor;
 use std::sync::Arc;
 
-/// Largest number of elements of an array that is read as a list. Points and matrices are such
-/// lists.
+/// Largest number of elements of an array that is read as a list, such as a point or a matrix.
 const SMALL: usize = 16;
 
 /// A value: one that JSON has, or an array of numbers.
@@ -24,7 +23,7 @@ pub enum Item {
     String(String),
     /// A list.
     Array(Vec<Item>),
-    /// A dictionary in its own order; keys are unique.
+    /// Dictionary with unique keys, in the given order.
     Object(Vec<(String, Item)>),
     /// An array of numbers.
     Tensor(Arc<Tensor>),

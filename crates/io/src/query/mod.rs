@@ -65,7 +65,8 @@ impl<'a, 'd> Query<'a, 'd> {
         self.object
     }
 
-    /// True if the object has a parameter or a child with this name. Marks the name as queried.
+    /// Returns true if the object has a parameter or a child with this name. Marks the name as
+    /// queried.
     pub fn has(&mut self, name: &str) -> bool {
         self.property(name).is_some() || self.named_child(name).is_some()
     }

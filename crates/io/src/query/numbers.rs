@@ -143,8 +143,9 @@ impl<'a> Query<'a, '_> {
         self.settle(name, "string", lookup, default, String::new())
     }
 
-    /// Reads one of the words of its row. If it is absent or after an error, returns the default of
-    /// its row, or else the first word.
+    /// Reads a parameter that is one of the words of its row in the table of parameters. If the
+    /// parameter is absent, or after an error, returns the default of the row, or else the first
+    /// word.
     pub fn word(&mut self, name: &str) -> &'static str {
         let row = self.row(name);
         let words = match row.value {

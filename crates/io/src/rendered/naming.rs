@@ -145,7 +145,7 @@ impl<'a> Naming<'a> {
         parts.is_none_or(|parts| parts.is_of_one_sign(part))
     }
 
-    /// Returns true if a layer holds light itself, not a component of it.
+    /// Returns true if a layer holds light, not a component of it such as a Stokes parameter.
     fn is_of_light(&self, layer: usize) -> bool {
         let [.., part] = self.layering.decomposition.slots(layer);
         part == 0

@@ -92,8 +92,8 @@ impl<'a> Picture<'a> {
     /// - the mean as the main layer, `variance` of the mean, `few` (1 where the variance is
     ///   unreliable) and `samples` (their number);
     /// - `reweighted`, if requested;
-    /// - for photon maps, `bias` (the estimated bias of each pixel) and `bound` (which the error by
-    ///   bias and noise exceeds in at most one of twenty pixels);
+    /// - for photon maps, `bias` (the estimated bias of each pixel) and `bound` (a bound of the
+    ///   error by bias and noise, which at most one of twenty pixels exceeds);
     /// - for each separate layer of light, layers such as `length.0012`, `variance.length.0012` and
     ///   `few.length.0012`;
     /// - quantities besides light with the names from the scene, such as `depth` and

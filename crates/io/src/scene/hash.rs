@@ -36,9 +36,9 @@ impl SceneHash {
 impl SceneDescription {
     /// Returns the fingerprint of the resolved description and of the contents of `files`.
     ///
-    /// The fingerprint does not depend on comments, layout, the order of parameters, the notation
-    /// and types of numbers, the file format (XML or JSON), the division into included files, or
-    /// the scene's folder.
+    /// The fingerprint does not depend on the text of the scene file: its comments, layout, order
+    /// of parameters, and notation and types of numbers. It also does not depend on the file format
+    /// (XML or JSON), the division into included files, or the scene's folder.
     ///
     /// # Errors
     ///

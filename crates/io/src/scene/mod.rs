@@ -60,7 +60,7 @@ pub struct ObjectDescription {
     pub children: Vec<Child>,
     /// Place of the object: its tag.
     pub location: Location,
-    /// Place of its `type`.
+    /// Position of the object's `type` in the file.
     pub plugin_location: Location,
 }
 

@@ -1,9 +1,8 @@
 //! Complex indices of metals and other absorbing materials.
 
 /// Name, η and k of each material, in the channels of linear sRGB. The names are those in Mitsuba.
-/// The values are what Mitsuba 3.9.1 computes from its measured spectra in an RGB render. AlSb is
-/// missing, because its spectra end at 590 nm. The spectra of Se, Se-e and d-C end between 656 and
-/// 689 nm.
+/// Mitsuba 3.9.1 computes these values from its measured spectra in an RGB render. AlSb is missing,
+/// because its spectra end at 590 nm. The spectra of Se, Se-e and d-C end between 656 and 689 nm.
 pub(crate) const METALS: [(&str, [f64; 3], [f64; 3]); 69] = [
     (
         "Ag",

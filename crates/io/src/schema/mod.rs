@@ -1,8 +1,8 @@
 //! Table of every plugin that a scene may use, with its parameters and children.
 //!
 //! Readers infer the kinds of objects from this table. In debug builds, [`Query`](crate::Query)
-//! checks that the code asks only for listed parameters. [`json_schema`] exports the table to
-//! editors. `docs/scene-format.md` and the pages that it lists explain the parameters in full.
+//! checks that the code reads only listed parameters. [`json_schema`] exports the table to editors.
+//! `docs/scene-format.md` and the pages that it lists explain the parameters in full.
 
 mod bsdf;
 mod emitter;
@@ -145,7 +145,8 @@ pub fn kinds(name: &str) -> impl Iterator<Item = PluginKind> {
     all.filter(move |kind| *kind != PluginKind::Scene && find(*kind, name).is_some())
 }
 
-/// Root of a scene. Children that act in the scene come before children that are only referred to.
+/// Root of a scene. Children that are part of the scene come before children that are only referred
+/// to.
 const SCENE: &[Plugin] = &[plugin(
     "",
     "A scene.",

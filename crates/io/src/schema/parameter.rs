@@ -12,8 +12,8 @@ pub struct Parameter {
     pub name: &'static str,
     /// Type of the parameter's values.
     pub value: Type,
-    /// Range of its numbers; unbounded for other types. [`Query`](crate::Query) refuses values
-    /// outside.
+    /// Range of the parameter's numbers; unbounded for other types. [`Query`](crate::Query) refuses
+    /// values outside.
     pub limits: NumberRange,
     /// Value if a scene does not give the parameter.
     pub default: Default,

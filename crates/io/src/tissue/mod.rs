@@ -40,16 +40,16 @@ pub(crate) enum Tissue {
     Measured(&'static [[f64; 3]]),
 }
 
-/// Means in S. L. Jacques, "Optical properties of biological tissues: a review", Physics in
-/// Medicine and Biology 58, R37 (2013), table 2.
+/// Mean properties of soft tissue: S. L. Jacques, "Optical properties of biological tissues: a
+/// review", Physics in Medicine and Biology 58, R37 (2013), table 2.
 const SOFT: Tissue = mean(19.1, 0.153, 1.091);
 const FATTY: Tissue = mean(19.3, 0.174, 0.447);
 const BONE: Tissue = mean(15.3, 0.022, 0.326);
 
-/// Wavelength in nm, σ_s (1 − g), and σ_a, in A. N. Yaroslavsky and others, "Optical properties of
-/// selected native and coagulated human brain tissues in vitro in the visible and near infrared
-/// spectral range", Physics in Medicine and Biology 47, 2059 (2002), as in table 1 of PubMed
-/// Central PMC6366475.
+/// Wavelength in nm, σ_s (1 − g), and σ_a. Source: A. N. Yaroslavsky and others, "Optical
+/// properties of selected native and coagulated human brain tissues in vitro in the visible and
+/// near infrared spectral range", Physics in Medicine and Biology 47, 2059 (2002), as in table 1 of
+/// PubMed Central PMC6366475.
 const GRAY_MATTER: [[f64; 3]; 5] = [
     [670.0, 8.4 * 0.10, 0.020],
     [810.0, 7.3 * 0.11, 0.028],

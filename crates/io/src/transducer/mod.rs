@@ -21,8 +21,7 @@ use rayleigh::Sources;
 /// Least distance of points from a transducer, in wavelengths. Shorter distances need more points
 /// for the integral.
 pub const NEAREST: f64 = 0.5;
-/// Largest number of pairs of a grid point and a surface point: half a minute on one processor
-/// core.
+/// Largest number of pairs of a grid point and a surface point: half a minute on one CPU core.
 const MOST_PAIRS: f64 = 1e10;
 
 /// A transducer that oscillates at one frequency.

@@ -16,8 +16,8 @@ const DIGITS: f64 = 5.0;
 
 impl Density {
     /// Returns the number of Gauss–Legendre points along a length. It is half the phase in radians
-    /// between middle and end, plus the points for the pole at R = 0, which limits the ellipse of
-    /// convergence.
+    /// between middle and end, plus the points for the pole at R = 0. The pole limits the ellipse
+    /// of convergence.
     pub(super) fn along(&self, length: f64) -> f64 {
         let phase = PI * length / self.wavelength;
         let pole = 0.5 * DIGITS / (2.0 * self.distance / length).asinh();

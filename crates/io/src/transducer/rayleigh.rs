@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 
 /// Number of points whose sums vector instructions compute in parallel.
 const BLOCK: usize = 8;
-/// Adding and then subtracting this number, 1.5 · 2⁵², rounds to a whole number.
+/// Constant 1.5 · 2⁵². Adding and then subtracting it rounds to a whole number.
 const ROUND: f64 = 6_755_399_441_055_744.0;
 
 /// Points of a surface, with positions in wavelengths.

@@ -132,14 +132,15 @@ fn mapped(
     })
 }
 
-/// True if a texture is an image, scaled or not.
+/// Returns true if a texture is an image, scaled or not.
 fn is_image(texture: &ObjectDescription) -> bool {
     let mut nested = texture.children.iter();
     texture.plugin == "bitmap"
         || texture.plugin == "scale" && nested.any(|child| is_image(&child.object))
 }
 
-/// Default bsdf of a shape, as in Mitsuba: diffuse, with reflectance ½, or 0 if it emits light.
+/// Returns the default bsdf of a shape, as in Mitsuba: diffuse, with reflectance ½, or 0 if it
+/// emits light.
 pub(super) fn default(emits: bool) -> Bsdf {
     let reflectance = if emits { 0.0 } else { 0.5 };
     Diffuse::new(Spectrum::splat(reflectance)).map_or(Bsdf::Null, Bsdf::Diffuse)

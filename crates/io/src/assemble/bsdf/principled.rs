@@ -81,7 +81,7 @@ fn ignore(q: &mut Query, rates: &[&str]) {
     }
 }
 
-/// True if an input is constant and zero in all channels.
+/// Returns true if an input is constant and zero in all channels.
 fn is_zero(input: &Input) -> bool {
     matches!(input, Input::Spectrum(value) if {
         let values = value.values();

@@ -25,7 +25,7 @@ use transport::shape::Shape;
 /// Plugins of emitters that belong inside a shape.
 const ON_SHAPES: [&str; 2] = ["area", "directionalarea"];
 
-/// True for an emitter that belongs inside a shape.
+/// Returns true for an emitter that belongs inside a shape.
 pub(super) fn is_on_shape(object: &ObjectDescription) -> bool {
     object.kind == PluginKind::Emitter && ON_SHAPES.contains(&object.plugin.as_str())
 }

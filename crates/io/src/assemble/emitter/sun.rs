@@ -74,10 +74,10 @@ fn celestial(days: f64) -> [f64; 2] {
 /// Elevations in degrees of the columns of [`IRRADIANCE`].
 const ELEVATIONS: [f64; 8] = [2.0, 5.0, 8.0, 14.0, 23.0, 38.0, 62.0, 89.0];
 
-/// Irradiance by the sun across its direction in linear sRGB, in W/(m² nm) averaged over the eye's
-/// response. The rows are turbidities 1 to 10, the columns [`ELEVATIONS`]. The values are those
-/// that Mitsuba 3.9.1 (`scalar_rgb`) computes from the solar radiances of Hosek and Wilkie (2013),
-/// with negative values set to 0.
+/// Irradiance by the sun, perpendicular to its direction, in linear sRGB. The unit is W/(m² nm),
+/// averaged over the eye's response. The rows are turbidities 1 to 10, the columns [`ELEVATIONS`].
+/// Mitsuba 3.9.1 (`scalar_rgb`) computed the values from the solar radiances of Hosek and Wilkie
+/// (2013). Negative values are set to 0.
 const IRRADIANCE: [[[f64; 3]; 8]; 10] = [
     [
         [0.4848, 0.1382, 0.0],

@@ -15,7 +15,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use transport::Orientation;
 use transport::emitter::{DistantDisc, Environment};
 
-/// Width in pixels of the image of the sky.
+/// Width in pixels of the image of the sky: columns are 0.7° apart.
 const WIDTH: usize = 512;
 /// Height in pixels of the image of the sky: rows are 0.35° apart.
 const HEIGHT: usize = 513;

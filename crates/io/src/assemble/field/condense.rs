@@ -16,8 +16,8 @@ const OF_COEFFICIENTS: f64 = 4.0 / (1u64 << 24) as f64;
 /// ever deviates from the others by more than two units.
 const UNITS: f64 = 2.5;
 
-/// Grid of the index that is stored with fewer samples than it has, because these describe it
-/// equally well.
+/// Grid of the index that is stored with fewer samples than the scene gives, because fewer samples
+/// describe the index equally well.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CondensedGrid {
     /// Type of the volume.

@@ -19,8 +19,8 @@ use crate::volume::{Sample, Volume};
 use eikonal::field::{Bspline, FieldError, NoiseShares, Placement, Scaled};
 use eikonal::{Aabb, Field, Shown};
 
-/// Minimum plausible index. No transparent matter has a smaller one, so a smaller value comes from
-/// wrong units.
+/// Minimum plausible index. No transparent matter has a smaller index, so a smaller value comes
+/// from wrong units.
 const LEAST_INDEX: f64 = 0.9;
 
 /// Samples of a grid, in single precision if the file has that, so that they need no more memory
@@ -41,7 +41,7 @@ macro_rules! each {
 }
 
 /// Reads the samples. Numbers that are not single precision in the file are read in double
-/// precision, because rounding n to single precision would hide contrasts of 1e-6.
+/// precision. Rounding n to single precision would hide contrasts of 1e-6.
 fn samples(object: &ObjectDescription, context: &mut Context) -> (Option<Samples>, Source) {
     let (volume, source) = read::<f32>(object, context);
     match volume {

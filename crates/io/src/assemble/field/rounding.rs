@@ -87,9 +87,9 @@ impl Rounding {
 }
 
 /// Returns the distance between successive examined samples, in the order of the file and wrapping
-/// around its end. It has no common factor with the count, nor with any axis of the grid, so
-/// samples spread over all axes instead of a few planes. Multiples of the golden ratio are evenly
-/// spread.
+/// around its end. It has no common factor with the count, nor with any axis of the grid. The
+/// samples are therefore spread over all axes instead of a few planes. Multiples of the golden
+/// ratio are evenly spread.
 fn stride(count: usize) -> usize {
     const GOLDEN: f64 = 0.618_033_988_749_895;
     let mut stride = ((count as f64 * GOLDEN) as usize).max(1);

@@ -69,7 +69,7 @@ impl Axis {
         axes.collect()
     }
 
-    /// True if a sample has two neighbours along this axis.
+    /// Returns true if a sample has two neighbours along this axis.
     fn is_inner(&self, sample: usize) -> bool {
         (1..self.count - 1).contains(&(sample / self.step % self.count))
     }

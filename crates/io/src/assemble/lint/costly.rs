@@ -9,10 +9,10 @@ use eikonal::{Aabb, Field};
 use glam::DVec3;
 use transport::scene::{ProblemSeverity, Scene, SceneProblem, Subject};
 
-/// Number of steps across a medium above which the scene is probably wrong. Lenses take about ten
-/// steps.
+/// Number of steps of a ray across a medium above which the scene is probably wrong. Lenses take
+/// about ten steps.
 const MANY: f64 = 2000.0;
-/// Factor within which the estimated number of steps is correct.
+/// Largest ratio of the true and the estimated number of steps.
 const WITHIN: f64 = 2.0;
 /// Number of bisections that locate the end of a cut line.
 const BISECTIONS: usize = 30;

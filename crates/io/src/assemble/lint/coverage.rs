@@ -30,7 +30,7 @@ impl<'a> Walls<'a> {
         }
     }
 
-    /// True if there are no such surfaces.
+    /// Returns true if the scene has neither mirrors nor smooth dielectrics.
     pub fn is_empty(&self) -> bool {
         self.mirror.is_none() && self.dielectric.is_none()
     }

@@ -41,12 +41,12 @@ pub(in super::super) fn of(known: &Known, met: &BTreeSet<Difference>) -> Vec<Dif
     all.into_iter().collect()
 }
 
-/// True if a film has wavelengths rather than colours.
+/// Returns true if a film has wavelengths rather than colours.
 fn is_spectral(root: &ObjectDescription) -> bool {
     descendants([root]).any(|o| o.kind == PluginKind::Film && is(o, "pixel_format", "spectral"))
 }
 
-/// True if a parameter is a list of wavelengths.
+/// Returns true if a parameter is a list of wavelengths.
 fn is_sampled(object: &ObjectDescription, name: &str) -> bool {
     matches!(
         value(object, name),
@@ -75,7 +75,7 @@ fn value<'a>(object: &'a ObjectDescription, name: &str) -> Option<&'a Value> {
     property.map(|p| &p.value)
 }
 
-/// True if a parameter is this text, ignoring case.
+/// Returns true if a parameter is this text, ignoring case.
 fn is(object: &ObjectDescription, name: &str, text: &str) -> bool {
     matches!(value(object, name), Some(Value::String(s)) if s.eq_ignore_ascii_case(text))
 }
@@ -97,7 +97,7 @@ fn child<'a>(object: &'a ObjectDescription, name: &str) -> Option<&'a ObjectDesc
     object.children.iter().find(named).map(|c| &*c.object)
 }
 
-/// True if an object has a child of a kind with one of these types.
+/// Returns true if an object has a child of a kind with one of these types.
 fn has(object: &ObjectDescription, kind: PluginKind, plugins: &[&str]) -> bool {
     let mut children = object.children.iter().map(|c| &c.object);
     children.any(|c| c.kind == kind && plugins.contains(&c.plugin.as_str()))
@@ -114,7 +114,7 @@ const SMOOTH: [&str; 7] = [
     "null",
 ];
 
-/// True if a bsdf in an object has one of these types.
+/// Returns true if a bsdf in an object has one of these types.
 fn any_bsdf(object: &ObjectDescription, plugins: &[&str]) -> bool {
     let mut nested = object.children.iter().map(|c| &c.object);
     nested.any(|c| {
@@ -192,12 +192,12 @@ fn of_integrator(object: &ObjectDescription) -> Vec<Difference> {
     ])
 }
 
-/// True if an `aov` lists quantities that Mitsuba also has.
+/// Returns true if an `aov` lists quantities that Mitsuba also has.
 fn shows_surfaces(object: &ObjectDescription) -> bool {
     matches!(value(object, "aovs"), Some(Value::String(list)) if asks_for_surfaces(list))
 }
 
-/// True if the area emitter of a shape has a texture of radiance.
+/// Returns true if the area emitter of a shape has a texture of radiance.
 fn shines_by_texture(shape: &ObjectDescription) -> bool {
     let children = shape.children.iter().map(|c| &c.object);
     let mut emitters = children.filter(|o| o.kind == PluginKind::Emitter);
@@ -252,7 +252,7 @@ fn of_bsdf(object: &ObjectDescription, plugin: &str) -> Vec<Difference> {
     chosen(met)
 }
 
-/// True if one of the nested bsdfs reflects specularly.
+/// Returns true if one of the nested bsdfs reflects specularly.
 fn mixes_mirror(object: &ObjectDescription) -> bool {
     let mirror = |o: &ObjectDescription| ["conductor", "plastic"].contains(&o.plugin.as_str());
     let nested = object.children.iter().map(|c| &c.object);
@@ -364,8 +364,8 @@ fn number_or_default(object: &ObjectDescription, name: &str) -> f64 {
     number(object, name).or_else(default).unwrap_or_default()
 }
 
-/// True if Mitsuba's clipping planes would cut a part of the scene. A box that contains the camera
-/// is not tested against the near plane.
+/// Returns true if Mitsuba's clipping planes would cut a part of the scene. A box that contains the
+/// camera is not tested against the near plane.
 fn is_clipped(sensor: &ObjectDescription, scene: &Scene) -> bool {
     let eye = match value(sensor, "to_world") {
         Some(Value::Transform(m)) => m.w_axis.truncate(),

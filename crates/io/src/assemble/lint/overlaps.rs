@@ -7,8 +7,8 @@ use transport::scene::Object;
 
 /// Number of points tested per surface.
 const PROBES: u64 = 64;
-/// Depth of these points under the surface, relative to the size of the shape. It excludes shapes
-/// that only touch.
+/// Depth of the tested points under the surface, relative to the size of the shape. Shapes that
+/// only touch do not overlap at this depth.
 const DEPTH: f64 = 1e-6;
 /// Maximum number of pairs of shapes that are tested.
 const MOST_PAIRS: usize = 1000;
@@ -64,19 +64,19 @@ fn first(context: &Context) -> Option<[usize; 2]> {
     pairs.into_iter().find(overlaps)
 }
 
-/// True if an object encloses a medium other than its surroundings.
+/// Returns true if an object encloses a medium other than its surroundings.
 fn encloses(object: &Object) -> bool {
     let differs = object.sides.is_some_and(|s| s.interior != s.exterior);
     differs && object.shape.is_closed() && !object.bsdf.is_opaque()
 }
 
-/// True if two objects with different media overlap and neither lies inside the other: the surface
-/// of each lies on both sides of the other's surface.
+/// Returns true if two objects with different media overlap and neither lies inside the other: the
+/// surface of each lies on both sides of the other's surface.
 fn overlap([a, b]: [&Object; 2]) -> bool {
     a.interior() != b.interior() && crosses(a, b) && crosses(b, a)
 }
 
-/// True if some points just under the surface of `a` lie in `b` and others do not.
+/// Returns true if some points just under the surface of `a` lie in `b` and others do not.
 fn crosses(a: &Object, b: &Object) -> bool {
     let depth = DEPTH * a.shape.aabb().diagonal();
     let inside = |k: u64| {

@@ -7,11 +7,11 @@ use glam::DVec3;
 use std::f64::consts::PI;
 use transport::scene::{Scene, SceneProblem, Subject};
 
-/// Smallest ratio of the scene's angular size to a field of view that is probably in radians. In
-/// radians, such a view would show the scene at more than a third of its width.
+/// Smallest ratio of the scene's angular size to a field of view that is probably in radians. Taken
+/// as radians, the field of view is 57 times as wide, and the scene fills more than a third of it.
 const LEAST_RATIO: f64 = 20.0;
 
-/// Returns a warning if the scene extends far beyond the view of a camera, and if the number of
+/// Returns a warning if the scene extends far beyond the view of a camera, and the number of
 /// degrees could be an angle in radians.
 pub(in super::super) fn warning(camera: &ObjectDescription, scene: &Scene) -> Option<SceneProblem> {
     let fov = camera.properties.iter().find(|p| p.name == "fov")?;

@@ -26,7 +26,7 @@ pub(in super::super) fn warnings(
     }
 }
 
-/// True if a box extends beyond the bounding box of the image of the unit cube.
+/// Returns true if a box extends beyond the bounding box of the image of the unit cube.
 fn is_beyond(shape: &Aabb, to_world: &DAffine3) -> bool {
     let cube = Aabb::new(DVec3::ZERO, DVec3::ONE).corners();
     let grid = Aabb::around(cube.map(|p| to_world.transform_point3(p)));

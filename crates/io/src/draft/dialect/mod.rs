@@ -1,6 +1,6 @@
-//! Translation of other dialects to the names of Mitsuba 3 and of morgana. The dialects are scenes
-//! of Mitsuba 0.5 and 0.6, and the plugins of the refractive fork of Mitsuba 0.6 by Pediredla et
-//! al. Parameters of Mitsuba 3 without effect here are dropped, too.
+//! Translation of other dialects to the names of Mitsuba 3 and of morgana. The dialects are Mitsuba
+//! 0.5, Mitsuba 0.6, and the refractive fork of Mitsuba 0.6 by Pediredla et al. Parameters of
+//! Mitsuba 3 without effect here are dropped, too.
 //!
 //! A [`PluginTranslation`] defines the meaning of each old name once. Translations that depend on
 //! values are in [`special`].

@@ -205,8 +205,8 @@ pub(super) fn other_facets(draft: &mut Draft) -> Option<String> {
     known.then(|| std::mem::replace(word, "beckmann".to_owned()))
 }
 
-/// Map from the axes of Mitsuba 3's sky (z up, −x to the north) to the axes of the older one (y up,
-/// −z to the north).
+/// Map from the axes of Mitsuba 3's sky (z up, −x to the north) to the axes of Mitsuba 0.6's sky (y
+/// up, −z to the north).
 const OLDER_SKY: DMat4 = DMat4::from_cols_array(&[
     0.0, 0.0, 1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0,
 ]);
@@ -215,7 +215,7 @@ const SUN_APERTURE: f64 = 0.5358;
 /// Angular diameter in degrees that replaces a point sun.
 const LEAST_APERTURE: f64 = 0.01;
 
-/// Translates the older sky and sun, which are one or two plugins with a common scale and other
+/// Translates the sky and sun of Mitsuba 0.6: one or two plugins with a common scale and other
 /// axes.
 fn daylight(draft: &mut Draft, diagnostics: &mut Diagnostics) {
     let scale = number(draft, "scale", 1.0);

@@ -35,7 +35,7 @@ fn word(draft: &Draft, name: &str) -> Option<String> {
     }
 }
 
-/// Translates the wrap modes of both axes if they are equal; here an image has one mode.
+/// Translates the wrap modes of both axes if they are equal. Images of morgana have one mode.
 fn wrapped(draft: &mut Draft) {
     let modes = ["wrap_mode_u", "wrap_mode_v"].map(|name| word(draft, name));
     if let [Some(u), Some(v)] = modes

@@ -13,7 +13,8 @@ use std::sync::Arc;
 
 /// Radius of a beam without width, and height of a slit without height, in voxels.
 const THIN: f64 = 1e-6;
-/// Largest deviation from a right angle between a source's sides and its direction, as a sine.
+/// Largest cosine of the angle between a source's sides and its direction that counts as a right
+/// angle.
 const LEAN: f64 = 1e-6;
 /// Fields of a source that morgana reads.
 const READ: [&str; 9] = [

@@ -1,5 +1,6 @@
-//! Shapes drawn into a volume, each over the previous ones. A voxel gets the label of a shape if
-//! the voxel's centre lies in the shape. As in MCX, `Origin` moves boxes, subgrids and cylinders.
+//! Shapes drawn into a volume in order. Later shapes replace the labels of earlier shapes. A voxel
+//! gets the label of a shape if the voxel's centre lies in the shape. As in MCX, `Origin` moves
+//! boxes, subgrids and cylinders.
 
 use super::super::tree::{Entry, Json, Node};
 use super::labels::Labels;

@@ -14,7 +14,7 @@ use std::path::Path;
 /// Returns the labels that a file describes; `None` after an error.
 pub(super) fn labels(root: &Node, domain: &Node, reader: &mut Reader) -> Option<Labels> {
     let size = field(domain, "Dim").and_then(numbers).and_then(sizes);
-    // As in MCX, the first voxel of shapes is at 1 unless positions count from 0.
+    // Count the voxels of shapes from 1, unless positions count from 0, as MCX does.
     let from_zero = reader.number_or(domain, "OriginType", 0.0) != 0.0;
     let origin = if from_zero { DVec3::ZERO } else { DVec3::ONE };
     let mut labels = match field(domain, "VolumeFile") {

@@ -110,7 +110,7 @@ fn join(groups: &mut Vec<Group>, label: u32, medium: LabelMedium) -> Option<Plac
 }
 
 impl Group {
-    /// True if the group has the index of its surroundings.
+    /// Returns true if the group has the index of its surroundings.
     pub(super) fn is_open(&self) -> bool {
         self.members[0].1.is_open
     }

@@ -1,4 +1,4 @@
-//! Volumes of labels, each of which stands for a medium.
+//! Volumes of labels. Each label belongs to a medium.
 
 mod groups;
 mod table;

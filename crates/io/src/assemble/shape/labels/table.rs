@@ -45,7 +45,7 @@ pub(super) enum Sameness {
 /// Medium whose properties, except its index, are constant in space.
 pub(super) struct LabelMedium {
     pub medium: Medium,
-    /// True if it has the index of its surroundings.
+    /// True if the label's medium has the index of its surroundings.
     pub is_open: bool,
     pub index: Sameness,
     pub phase: Sameness,
