@@ -12,10 +12,11 @@ const MOST_LINKS: usize = 40;
 
 /// Writes a file atomically.
 ///
-/// `write` fills a temporary file in the same folder, which replaces `path` only after everything
-/// is on disk. After a failure, the temporary file is removed, and the old file at `path` remains.
-/// A later process removes the temporary files of killed processes. Symbolic links are followed,
-/// also to files that do not exist yet. The new file has the permissions of the replaced file.
+/// `write` fills a temporary file in the same folder. The temporary file replaces `path` after all
+/// data is on disk. After a failure, the temporary file is removed, and the old file at `path`
+/// remains. A later process removes the temporary files of killed processes. Symbolic links are
+/// followed, also to files that do not exist yet. The new file has the permissions of the replaced
+/// file.
 ///
 /// ```no_run
 /// use std::io::Write;
@@ -25,8 +26,8 @@ const MOST_LINKS: usize = 40;
 ///
 /// # Errors
 ///
-/// [`Problem::Write`] with the system's reason (a missing or read-only folder, no space left, an
-/// error from `write`), and [`Problem::NotAFile`] if `path` is a folder or a device.
+/// Returns [`Problem::Write`] with the system's reason: a missing or read-only folder, no space
+/// left, or an error from `write`. Returns [`Problem::NotAFile`] if `path` is a folder or a device.
 pub fn write(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
@@ -93,7 +94,8 @@ pub fn probe(path: &Path) -> Result<(), FileError> {
     created.map_err(|e| Problem::Write(e).at(path))
 }
 
-/// Makes the new name durable if the system supports it. The content is safe in any case.
+/// Writes the folder's entry for the new name to disk if the system supports it. The content of the
+/// file is on disk already.
 fn sync_folder(target: &Path) {
     let folder = target.parent().filter(|p| !p.as_os_str().is_empty());
     if let Ok(folder) = File::open(folder.unwrap_or(Path::new("."))) {

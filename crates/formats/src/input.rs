@@ -20,7 +20,7 @@ const LONGEST_POINTER: u64 = 1024;
 /// take ten times its size plus 64 MiB, or up to `memory` bytes if that is more.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Limits {
-    /// Number of bytes that any file may take, regardless of its size; by default
+    /// Number of bytes of memory that any file may take, regardless of its size; by default
     /// [`Limits::DEFAULT`].
     pub memory: Option<u64>,
 }
@@ -28,9 +28,9 @@ pub struct Limits {
 impl Limits {
     /// Default number of bytes that any file may take: 2 GiB.
     pub const DEFAULT: u64 = 2 << 30;
-    /// Factor on the size of a file, which it may take in any case.
+    /// Factor on the size of a file. Every file may take memory up to the product.
     const TIMES: u64 = 10;
-    /// Bytes that a file may take in addition: 64 MiB.
+    /// Number of bytes that a file may take in addition to [`TIMES`](Self::TIMES) its size: 64 MiB.
     const EXTRA: u64 = 64 << 20;
 
     /// Makes limits of `memory` bytes for files of any size.
@@ -94,7 +94,7 @@ impl Budget {
         }
     }
 
-    /// Takes memory for `count` items of `each` bytes, or none if that is too much.
+    /// Reserves memory for `count` items of `each` bytes, or none if the sum exceeds the limit.
     ///
     /// # Errors
     /// Too many bytes for the file, or for the system.

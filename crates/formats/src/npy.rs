@@ -37,8 +37,8 @@ pub enum NpyData {
 ///
 /// # Errors
 ///
-/// A file that cannot be read, is not an `.npy` file, contains other elements than floating-point
-/// numbers, or does not have the size that its header states.
+/// A file that cannot be read or is not an `.npy` file. Other elements than floating-point numbers.
+/// A size that differs from the header.
 pub fn read(path: &Path) -> Result<NpyArray, FileError> {
     let (mut reader, size) = input::open(path)?;
     read_from(&mut reader, size).map_err(|problem| problem.at(path))
@@ -154,7 +154,7 @@ pub fn write_text(file: &mut impl Write, text: &str) -> io::Result<()> {
 /// Reads a text that [`write_text`] wrote.
 ///
 /// # Errors
-/// Bytes that are not such a text.
+/// Bytes in another form.
 pub fn parse_text(bytes: &[u8]) -> Result<String, Problem> {
     let foreign = || Problem::Unsupported("arrays of text other than one string of UTF-32".into());
     // Find the line feed at the end of the header; characters of four bytes follow.

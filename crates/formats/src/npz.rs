@@ -48,8 +48,8 @@ impl Npz<'_> {
     }
 }
 
-/// Reads a member of an archive by `read`, and then its remaining bytes: the checksum is compared
-/// only at the end.
+/// Reads a member of an archive by `read`, and then its remaining bytes, because the checksum is
+/// compared at the end of the member.
 ///
 /// # Errors
 /// Errors of `read`, and a wrong checksum.

@@ -18,9 +18,11 @@ pub(crate) const PREFIX: &str = ".morgana-";
 const SUFFIX: &str = ".tmp";
 /// Number of attempts to find a free name.
 const ATTEMPTS: usize = 100;
-/// Age from which a file is locked if the process that created it is alive.
+/// Age up to which a temporary file is never removed, because its process may not have locked it
+/// yet.
 const YOUNG: Duration = Duration::from_secs(60);
-/// Age from which no process is still writing a file.
+/// Age beyond which a temporary file is also removed if another machine created it, or if the
+/// system supports no locks.
 const OLD: Duration = Duration::from_secs(24 * 60 * 60);
 
 /// File that is removed unless it is renamed. It is locked during writing.

@@ -9,7 +9,7 @@ pub(crate) const VISIBLE: [f64; 2] = [FIRST, FIRST + STEP * (COUNT - 1) as f64];
 
 /// Integral ∫ȳ dλ in nm, as in Mitsuba 3.9.1: equal energy of 1 has luminance 1.
 const EQUAL_ENERGY: f64 = 106.750_259_399_414_06;
-/// Ratio of ∫ȳ D65 dλ to ∫ȳ dλ, as in Mitsuba 3.9.1.
+/// Ratio of ∫ȳ D65 dλ to ∫ȳ dλ, with the numbers of Mitsuba 3.9.1.
 const DAYLIGHT: f64 = 98.997_417_518_762_55;
 /// Number of wavelengths at which Mitsuba 3.9.1 samples a spectrum to compute its colour.
 const SAMPLES: usize = 1000;
@@ -68,8 +68,8 @@ fn place(nm: f64) -> Option<(usize, f64)> {
 /// Returns linear red, green and blue of light with the power `power` at a wavelength in nm. Equal
 /// energy of 1 has luminance 1, but is not white: daylight is white.
 ///
-/// The sum over wavelengths follows Mitsuba 3.9.1. It runs from the first to the last wavelength
-/// with weights of 1/1000 of the range, so that colours are 0.1 % darker than an integral.
+/// The sum over wavelengths follows Mitsuba 3.9.1. It includes the first and the last wavelength,
+/// and all weights are 1/1000 of the range. Colours are therefore 0.1 % darker than by an integral.
 pub fn srgb(power: impl Fn(f64) -> f64) -> [f64; 3] {
     let [first, last] = VISIBLE;
     let mut xyz = [0.0; 3];

@@ -21,13 +21,13 @@ const SENSITIVITY: [&[(f64, f64)]; 3] = [
     &[(1.0, 0.0053)],
     &[(34.1, 0.04), (13.5, 0.025)],
 ];
-/// Parameter b of the widest of these Gaussians.
+/// Parameter b of the widest Gaussian in [`SENSITIVITY`].
 const WIDEST: f64 = 0.04;
-/// Exponents of differences of colour and of features.
+/// Exponent of differences of colour; `QF` is the exponent of differences of features.
 const QC: f64 = 0.7;
 const QF: f64 = 0.5;
-/// Breakpoint of the map of colour differences: this fraction of the largest difference becomes
-/// this fraction of the range.
+/// Breakpoint of the piecewise linear map of colour differences: a fraction of the largest
+/// difference, and the fraction of the range to which it is mapped.
 const BEND: (f64, f64) = (0.4, 0.95);
 /// Width of the feature detector, in degrees.
 const FEATURE: f64 = 0.082;

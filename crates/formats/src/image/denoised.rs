@@ -48,7 +48,7 @@ type Channel = (String, Vec<f32>);
 pub struct DenoiseGuide {
     /// Name of the layer.
     pub name: String,
-    /// Its red, green and blue, or X, Y and Z.
+    /// Red, green and blue of the layer, or X, Y and Z.
     pub image: RgbImage,
 }
 
@@ -63,7 +63,7 @@ pub struct Denoising {
     pub parts: Vec<Noisy>,
     /// The layer to denoise and its variances.
     image: ImageLayers,
-    /// Name of that layer.
+    /// Name of the layer to denoise.
     layer: String,
     /// Standard errors of all channels of the layer, in their order, if known.
     errors: Option<Vec<Channel>>,

@@ -11,7 +11,7 @@ use crate::error::{FileError, Problem};
 use crate::input::{self, Limits};
 
 /// Largest ratio of decompressed to compressed size. DEFLATE encodes at most 258 bytes in two bits
-/// (RFC 1951), each of which may be eight pixels. A file that states more is treated as damaged.
+/// (RFC 1951), and a byte may hold eight pixels. A file with a larger ratio is damaged.
 const MOST_COMPRESSION: u64 = 8 * 258 * 8 / 2;
 /// Memory for each pixel in addition to the file's own format, in bytes: three numbers of 16 bits,
 /// and three of 32 bits.

@@ -13,13 +13,14 @@ pub enum Exposure {
     Stops(f64),
 }
 
-/// Fraction of the lit pixels below the bright level: a few fireflies, or a small light, have no
-/// effect.
+/// Fraction of the lit pixels below the bright level. A few outliers, or a small light, have no
+/// effect on the level.
 const BRIGHT: f64 = 0.99;
-/// Range of luminances of the bright level in which an image is neither dark nor overexposed.
+/// Range of luminances of the bright level. Within the range, an image is neither dark nor
+/// overexposed.
 const LEVELS: [f64; 2] = [0.5, 1.0];
-/// Luminance below which darkening must not bring the median lit pixel: a large light in view does
-/// not make the rest black.
+/// Smallest luminance of the median lit pixel after darkening. A large light in view then does not
+/// make the rest of the image black.
 const DARK: f64 = 0.1;
 /// Number of exposure steps per stop. Rounding makes exposures of equal scenes with different noise
 /// equal.

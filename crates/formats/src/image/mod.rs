@@ -162,9 +162,9 @@ pub struct RgbImage {
 
 impl RgbImage {
     /// Reads a colour image, such as an environment map, from an `.exr`, `.hdr` (`.rgbe`), `.pfm`,
-    /// `.png`, `.jpg`, `.bmp` or `.tga` file, by its extension. Values of the latter four are sRGB,
-    /// and are converted to linear values. From an `.exr` file without main layer, the only layer
-    /// with R, G and B is read.
+    /// `.png`, `.jpg`, `.bmp` or `.tga` file, by its extension. sRGB values of `.png`, `.jpg`,
+    /// `.bmp` and `.tga` files are converted to linear values. From an `.exr` file without main
+    /// layer, the only layer with R, G and B is read.
     ///
     /// # Errors
     ///

@@ -53,8 +53,8 @@ impl ImageLayers {
 
     /// Writes the image in the format of the file's extension.
     ///
-    /// An `.exr` file has all layers, an `.npy` file the first layer, and a `.png` file the first
-    /// layer for a screen, with the exposure of [`Exposure::Auto`].
+    /// An `.exr` file has all layers, and an `.npy` file the first layer. A `.png` file has the
+    /// first layer for a screen, with the exposure of [`Exposure::Auto`].
     ///
     /// # Errors
     ///
@@ -100,8 +100,8 @@ impl ImageLayers {
         Ok(tone)
     }
 
-    /// Returns the image with a layer, and its variance, instead of the main layer, and without all
-    /// other layers. An empty name is the main layer.
+    /// Returns an image with a single layer and its variance. The layer becomes the main layer. An
+    /// empty name is the main layer.
     ///
     /// # Errors
     ///

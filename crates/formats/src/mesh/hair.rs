@@ -21,13 +21,13 @@ struct Strands {
 }
 
 /// Reads strands. Text files have a point in each line, x, y and z, and empty lines between
-/// strands. Binary files have the header `BINARY_HAIR`, a number of points (32 bits) and the points
-/// in single precision, little-endian, with +∞ before the first point of a strand.
+/// strands. Binary files have the header `BINARY_HAIR`, a number of points (32 bits), and the
+/// points in single precision, little-endian. The number +∞ precedes the first point of a strand.
 ///
 /// # Errors
 ///
-/// A file that cannot be read, has no strand of two points, or has another number of points than it
-/// states, and points that are not finite.
+/// A file that cannot be read, or has no strand of two points. A number of points that differs from
+/// the header. Points that are not finite.
 pub fn read(path: &Path, limits: Limits) -> Result<Vec<Vec<DVec3>>, FileError> {
     let bytes = input::read(path)?;
     parse(&bytes, limits).map_err(|(problem, line)| FileError {

@@ -38,8 +38,8 @@ impl Distances<'_> {
     ///
     /// # Errors
     ///
-    /// Fewer than two nodes along an axis, a number of values that does not match the size, values
-    /// that are not finite, or no neighbours of opposite sign.
+    /// Fewer than two nodes along an axis. A number of values that does not match the size. Values
+    /// that are not finite. No neighbours of opposite sign.
     pub fn surface(&self) -> Result<MeshData, Problem> {
         let [nx, ny, nz] = self.size;
         let expected = nx.checked_mul(ny).and_then(|n| n.checked_mul(nz));
@@ -134,7 +134,8 @@ impl Builder<'_> {
             .push(if turned { [a, c, b] } else { [a, b, c] });
     }
 
-    /// Returns the vertex on the edge between two corners of a cell, of which the first is inside.
+    /// Returns the vertex on the edge between two corners of a cell. The first corner is inside,
+    /// the second outside.
     fn vertex(&mut self, cell: [usize; 3], values: &[f64; 8], ends: [usize; 2]) -> u32 {
         let grid = self.distances;
         let mut key = ends.map(|corner| grid.node(cell, corner));

@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 /// alternating steps. The step away from the mean prevents shrinkage of volumes (G. Taubin, "A
 /// signal processing approach to fair surface design", SIGGRAPH 1995).
 const SHARES: [f64; 2] = [0.6, -0.61];
-/// Number of repetitions of both steps.
+/// Number of repetitions of the two alternating smoothing steps.
 const TURNS: usize = 30;
 /// Largest distance of a vertex from its corner, in voxels along each axis: less than half, so that
 /// triangles keep an area.

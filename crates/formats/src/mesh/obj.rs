@@ -13,7 +13,8 @@ use super::build::{check_mesh, check_position, fan};
 use crate::error::{FileError, Problem};
 use crate::input::{self, Limits};
 
-/// Maximum memory for each of these items while reading, in bytes.
+/// Maximum memory while reading, in bytes: for a position, a texture coordinate, a normal, a vertex
+/// and a triangle.
 const POSITION: u64 = 80;
 const UV: u64 = 32;
 const NORMAL: u64 = 48;

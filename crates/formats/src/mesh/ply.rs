@@ -255,13 +255,13 @@ impl Columns {
     }
 }
 
-/// True if an element has all channels of a colour.
+/// Returns true if an element has all channels of a colour.
 fn is_coloured(element: &ElementDef) -> bool {
     let has = |name: &&str| element.properties.contains_key(*name);
     COLOURS.iter().any(|names| names.iter().all(has))
 }
 
-/// True if faces have texture coordinates of their corners.
+/// Returns true if faces have texture coordinates of their corners.
 fn has_wedges(element: &ElementDef) -> bool {
     element.properties.contains_key(WEDGES)
 }

@@ -130,7 +130,8 @@ impl Layout {
         Self::new(&[z, y, x, channels], false, AxisOrder::ZYX)
     }
 
-    /// Makes the layout of an array `[frame, place]` of the places of a volume, with x fastest.
+    /// Makes the layout of an array `[frame, place]`. A place is a sample of a volume, with x
+    /// fastest.
     pub(super) fn columns(size: [usize; 3], frames: usize) -> Result<Self, Problem> {
         check(size, frames)?;
         let places = size.iter().product();
@@ -226,7 +227,7 @@ impl Layout {
         }
     }
 
-    /// True if the values in the file have the order of the volume.
+    /// Returns true if the values in the file have the order of the volume.
     fn is_in_order(&self) -> bool {
         let mut expected = 1;
         self.axes.iter().rev().all(|&(length, distance)| {

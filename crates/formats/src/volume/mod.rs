@@ -37,8 +37,7 @@ pub use options::Options;
 use options::choose;
 pub use write::{Stored, write};
 
-/// Largest compression ratio of deflate, 1032, rounded up: an upper bound of a file's inflated
-/// size.
+/// Largest compression ratio of DEFLATE, 1032, rounded up. It bounds the inflated size of a file.
 pub const INFLATION: u64 = 1100;
 
 /// Number type of volumes: `f32`, or `f64` for small contrasts.

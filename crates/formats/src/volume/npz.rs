@@ -17,7 +17,7 @@ use crate::{input, npz};
 ///
 /// # Errors
 ///
-/// A file that cannot be read or is not such an archive, a missing array, and all errors of
+/// A file that cannot be read or is not an `.npz` archive. A missing array. All errors of
 /// [`npy::read`].
 pub fn read<T: Sample>(path: &Path, options: Options) -> Result<Volume<T>, FileError> {
     let (reader, size) = input::open(path)?;

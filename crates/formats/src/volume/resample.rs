@@ -6,10 +6,10 @@ use super::{Sample, Volume, VolumeFrame, layout};
 use crate::error::Problem;
 
 impl<T: Sample> Volume<T> {
-    /// Resamples the volume to `size` samples that fill the box at centres or nodes like the
-    /// original samples (centres if the file does not state it). Values are trilinear between
-    /// samples, and constant beyond the outermost samples. Fewer samples are not averages over the
-    /// samples between them. An equal size gives equal values.
+    /// Resamples the volume to `size` samples that fill the box. They lie at centres or nodes of
+    /// cells like the original samples, or at centres if the file does not state it. Values are
+    /// trilinear between samples, and constant beyond the outermost samples. Values of a coarser
+    /// volume are not averages of the original samples. An equal size gives equal values.
     ///
     /// # Errors
     ///

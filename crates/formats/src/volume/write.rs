@@ -25,8 +25,8 @@ pub struct Stored {
 ///
 /// # Errors
 ///
-/// An unknown extension, a value beyond the range of the type, a name with other characters than
-/// letters, digits, `_`, `-` and `.`, and the errors of the format's own function.
+/// An unknown extension. A value beyond the range of the type. A name with other characters than
+/// letters, digits, `_`, `-` and `.`. The errors of the format's own function.
 pub fn write<T: Sample>(path: &Path, volume: &Volume<T>, name: &str) -> Result<Stored, FileError> {
     let format = Format::of(path).ok_or_else(|| Format::unknown().at(path))?;
     let stored = stored(format, volume).map_err(|problem| problem.at(path))?;

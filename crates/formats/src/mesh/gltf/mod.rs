@@ -18,7 +18,8 @@ use crate::error::{FileError, Problem};
 use crate::input::{self, Limits};
 use document::{Document, index, list, numbers};
 
-/// Maximum number of triangles of a file: nodes may repeat a mesh many times.
+/// Maximum number of triangles of a file. Nodes may repeat a mesh many times, so a small file may
+/// have many triangles.
 const MOST_TRIANGLES: u64 = 100_000_000;
 /// Maximum memory for a vertex and for a triangle while reading, in bytes.
 const VERTEX: u64 = 208;
@@ -175,9 +176,9 @@ impl Builder<'_> {
         self.limits.permit(needed, 1, self.document.size)
     }
 
-    /// Adds normals and texture coordinates, which are zero for parts without them, and colours, if
-    /// all parts have them. The latter two follow image conventions: v increases downwards, and
-    /// colours are linear.
+    /// Adds normals, texture coordinates and colours. Normals and texture coordinates are zero for
+    /// parts without them. Colours are added only if all parts have them. The texture coordinate v
+    /// increases downwards, and colours are linear.
     fn attributes(
         &mut self,
         attributes: &Value,

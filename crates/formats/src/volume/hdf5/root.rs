@@ -73,7 +73,7 @@ pub fn numbers(path: &Path, memory: Limits) -> Result<FileNumbers, Problem> {
     })
 }
 
-/// True if numbers are the characters of a MATLAB text.
+/// Returns true if numbers are the characters of a MATLAB text.
 fn is_text(attributes: &[(String, Value)]) -> bool {
     (attributes.iter()).any(|(name, value)| name == "MATLAB_class" && value == "char")
 }

@@ -28,8 +28,8 @@ const LATER: &[u8; 10] = b"MATLAB 7.3";
 ///
 /// # Errors
 ///
-/// A file that cannot be read or is not of version 5, an axis order that is not given, a missing or
-/// complex variable, and NaN or infinite values.
+/// A file that cannot be read or is not of version 5. An axis order that is not given. A missing or
+/// complex variable. NaN or infinite values.
 pub fn read<T: Sample>(path: &Path, options: Options) -> Result<Volume<T>, FileError> {
     let (mut reader, size) = input::open(path)?;
     read_from(&mut reader, size, options).map_err(|problem| problem.at(path))

@@ -161,7 +161,7 @@ fn nodes(centers: Option<String>) -> Result<bool, Problem> {
     }
 }
 
-/// Returns the first of several units in quotation marks that is known.
+/// Returns the first known unit in a list of units in quotation marks.
 fn unit(units: Option<String>) -> Option<String> {
     let units = units?;
     let mut words = units.split('"').map(str::trim);

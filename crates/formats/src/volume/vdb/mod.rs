@@ -1,9 +1,9 @@
 //! OpenVDB: sparse grids of floating-point numbers, converted to dense grids within the box of
 //! active voxels.
 //!
-//! Supported are grids of the standard tree (root, 32³, 16³, leaves of 8³) in files of version 222
-//! (OpenVDB 3) and later, with zlib and Blosc compression. The reader follows OpenVDB's own:
-//! `io/Archive.cc`, `io/Compression.h`, `tree/`, openvdb.org.
+//! The reader supports grids of the standard tree (root, 32³, 16³, leaves of 8³) in files of
+//! version 222 (OpenVDB 3) and later, with zlib and Blosc compression. It follows OpenVDB's own
+//! code: `io/Archive.cc`, `io/Compression.h`, `tree/`, openvdb.org.
 
 mod blosc;
 mod bytes;

@@ -45,7 +45,7 @@ pub(super) struct Tree<'a> {
 }
 
 impl<'a> Tree<'a> {
-    /// Reads the tree. The values of its leaves follow in the file.
+    /// Reads the tree. The values of the leaves follow in the file.
     pub(super) fn read(cursor: &mut Bytes<'a>, coding: Coding<'a>) -> Result<Self, Problem> {
         cursor.u32()?; // The number of buffers, which is always one.
         let background = coding.number(cursor)?;

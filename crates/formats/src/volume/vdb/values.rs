@@ -1,4 +1,4 @@
-//! Values of a node, of which only some may be stored, compressed.
+//! Values of a node. A file may store only some of them, in compressed form.
 
 use std::borrow::Cow;
 use std::io::Read;

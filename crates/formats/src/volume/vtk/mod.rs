@@ -23,8 +23,8 @@ pub use write::write;
 ///
 /// # Errors
 ///
-/// A file that cannot be read or contains no structured points, a missing array, numbers of a type
-/// whose size differs between systems (`long`), and NaN and infinite values.
+/// A file that cannot be read or contains no structured points. A missing array. Numbers of a type
+/// with a size that differs between systems (`long`). NaN or infinite values.
 pub fn read<T: Sample>(path: &Path, options: Options) -> Result<Volume<T>, FileError> {
     let (mut reader, size) = input::open(path)?;
     read_from(&mut reader, size, options).map_err(|problem| problem.at(path))
