@@ -11,7 +11,7 @@ use std::fmt;
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
-/// True if a file is an image by its extension.
+/// Returns true if a file is an image by its extension.
 fn is_image(path: &Path) -> bool {
     let extension = path.extension().and_then(|e| e.to_str());
     let extension = extension.map(str::to_ascii_lowercase);
@@ -78,7 +78,7 @@ pub(crate) struct PictureArray {
 }
 
 impl PictureArray {
-    /// True if the arrays are an array of rows, columns and perhaps channels.
+    /// Returns true if the arrays are an array of rows, columns and perhaps channels.
     fn may_be(arrays: &Arrays) -> bool {
         let shape = &arrays.list[0].shape;
         matches!(shape.len(), 2 | 3) && !shape.contains(&0)

@@ -12,7 +12,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use transport::Film;
 
-/// Minimum time between two pictures: absolute, and as a multiple of the time that a picture takes.
+/// Minimum time between two pictures. `SHARE` is the minimum as a multiple of the time that a
+/// picture takes.
 const INTERVAL: Duration = Duration::from_secs(1);
 const SHARE: u32 = 250;
 /// Time since the last request after which a page counts as closed. Browsers let background pages

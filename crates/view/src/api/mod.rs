@@ -24,7 +24,7 @@ pub(crate) struct Api {
     differences: Differences,
 }
 
-/// Item, and the problem of its file if that has changed.
+/// Item, and the problem of reading its file again after a change.
 #[derive(Debug)]
 struct Shown {
     item: Arc<Item>,

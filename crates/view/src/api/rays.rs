@@ -9,8 +9,8 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 use transport::trace::{Branch, Path, TraceEnding, Tracer, branches};
 
-/// Distance of the start of a connection before a surface, relative to the length of the ray, so
-/// that the connection leaves on the side of arrival.
+/// Distance of the start of a connection from a surface, relative to the length of the ray. The
+/// connection then leaves the surface on the side of arrival.
 const BEFORE: f64 = 1e-6;
 /// Maximum number of reflections of branches.
 const REFLECTIONS: u32 = 4;
@@ -23,8 +23,8 @@ enum RayRequest {
     Free { from: [f64; 3], direction: [f64; 3] },
 }
 
-/// Rays to find: from a point, or from the ray of a pixel (its end, or a point at some arc length),
-/// to a point or to an emitter.
+/// Request to find rays from a start to a point or an emitter. The start is a point, or lies on the
+/// ray of a pixel: at its end, or at an arc length.
 #[derive(Deserialize)]
 struct ConnectRequest {
     from: Option<[f64; 3]>,

@@ -74,7 +74,7 @@ impl Guard {
     }
 }
 
-/// True if an `Origin` is a page from `host`.
+/// Returns true if an `Origin` is a page from `host`.
 fn is_origin_of(origin: &str, host: &str) -> bool {
     let of = origin.strip_prefix("http://");
     // Planted error "pages served to other origins", found by morgana-view/served::strangers_are_refused:
