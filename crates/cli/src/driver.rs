@@ -72,8 +72,8 @@ impl Driver<'_> {
         ControlFlow::Continue(())
     }
 
-    /// Does `work`, which asks the clock after each pass if it should continue. Returns the result,
-    /// and the reason why `work` ended early.
+    /// Runs `work`, which checks after each pass whether the clock requests the end. Returns the
+    /// result, and the reason why `work` ended early.
     pub fn drive<T: Send>(
         &self,
         goal: ProgressGoal,

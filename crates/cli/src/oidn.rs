@@ -36,7 +36,7 @@ impl Oidn {
         let program = program.or_else(|| std::env::var_os(VARIABLE).filter(|p| !p.is_empty()));
         let mut builder = tempfile::Builder::new();
         builder.prefix("morgana-");
-        // By default the umask decides, and other users may read the files.
+        // Deny access to other users, which the default permissions may allow.
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o700));
         let folder = builder.tempdir();

@@ -23,7 +23,7 @@ const PATIENCE: Duration = Duration::from_secs(5);
 const LAST: Duration = Duration::from_secs(2);
 /// Least time between two images.
 const INTERVAL: Duration = Duration::from_millis(250);
-/// Least time between two images, in multiples of the time to make one.
+/// Minimum time between two images, in multiples of the time to make one image.
 const SHARE: u32 = 50;
 /// Approximate number of values per message. tev updates its display between messages.
 const MESSAGE: usize = 1 << 20;

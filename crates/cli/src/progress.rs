@@ -36,9 +36,8 @@ pub struct Watch {
     _running: Mutex<Sender<()>>,
 }
 
-/// Starts a thread that ends the render of a handle at the time limit, or when the user asks for
-/// it. If `draws`, the thread shows progress on the standard error; it shows nothing if that is not
-/// a terminal.
+/// Starts a thread that ends the render of a handle at the time limit, or when the user interrupts
+/// it. If `draws` is true and the standard error is a terminal, the thread shows progress there.
 pub fn watch<'scope>(
     scope: &'scope Scope<'scope, '_>,
     goal: ProgressGoal,

@@ -17,7 +17,7 @@ use transport::stats::ConnectionCounts;
 /// Least effect of tolerances that is reported, relative to the noise of a pixel.
 const EFFECT: f64 = 0.1;
 
-/// A finished run, with its result.
+/// Finished run, with its result.
 #[derive(Debug)]
 pub struct Report<'a, T> {
     /// Job that was requested.

@@ -21,7 +21,7 @@ pub struct Watched {
 }
 
 impl Watched {
-    /// Serves a page and prints its address. The page's stop button asks `interrupt`.
+    /// Serves a page and prints its address. The page's stop button triggers `interrupt`.
     pub fn open(
         name: String,
         channels: Vec<String>,

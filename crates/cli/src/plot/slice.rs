@@ -27,7 +27,7 @@ pub struct Section<'a> {
     pub logarithmic: bool,
 }
 
-/// Makes a section through an array of a meter, perpendicular to one of its axes.
+/// Makes a section through an array of a meter, perpendicular to an axis of the array.
 pub fn slice(path: &Path, section: Section) -> Result<Map, CommandError> {
     let arrays = Arrays::read(path, Limits::default())?;
     let found = array(&arrays, section.array).map_err(|e| wrong(path, e))?;

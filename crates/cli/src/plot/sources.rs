@@ -166,8 +166,8 @@ pub fn picture(
     })
 }
 
-/// Returns the unit of a quantity of rays, by the name that the integrator `aov` gives its layer;
-/// empty if the layer is none.
+/// Returns the unit of a quantity of rays, given the name of its layer by the integrator `aov`.
+/// Returns an empty text for other layers.
 fn unit(layer: &str) -> &'static str {
     match layer {
         "deflection" => "rad",

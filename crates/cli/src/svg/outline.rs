@@ -103,7 +103,7 @@ fn section(shape: &Shape, view: &View) -> String {
         .collect()
 }
 
-/// Locates the boundary between two corners, one of which is inside.
+/// Locates the boundary between two corners: one is inside, the other outside.
 fn bisect(contains: &impl Fn(PagePoint) -> bool, mut a: PagePoint, mut b: PagePoint) -> PagePoint {
     let side = contains(a);
     for _ in 0..HALVINGS {

@@ -319,7 +319,7 @@ fn span(low: f64, high: f64) -> String {
     }
 }
 
-/// Describes if several rays may connect two points of the medium, and what renders do about it.
+/// Describes whether several rays may connect two points of the medium, and how renders find them.
 fn certificate(uniqueness: Option<&Uniqueness>) -> String {
     // Klingenberg's criterion, docs/theory.md#certificate.
     match uniqueness {
