@@ -289,7 +289,7 @@ fn reciprocals_of_power(loaded: &Loaded) -> impl Iterator<Item = f64> {
     emitted.map(|power| if power > 0.0 { 1.0 / power } else { 0.0 })
 }
 
-/// True if the emitted power depends on a parameter.
+/// Returns true if the emitted power depends on a parameter.
 fn changes_power(loaded: &Loaded, parameter: &RadiometricParameter) -> bool {
     let emits = |id: usize| {
         let mut emitters = loaded.scene().emitters().iter();

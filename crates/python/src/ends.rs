@@ -15,10 +15,10 @@ const ENDINGS: [&str; 5] = [
     "not followed",
 ];
 
-/// Number of a ray that was not traced for lack of time.
+/// Index in [`ENDINGS`] for rays that were not traced for lack of time.
 const NOT_FOLLOWED: u8 = 4;
 
-/// Number for no object.
+/// Index for rays that did not end on an object.
 const NONE: i32 = -1;
 
 /// Ends of rays: an array for each quantity, with a row for each ray. Rays that were not traced are
@@ -100,7 +100,7 @@ impl Columns {
         self.surfaces.push(surface);
     }
 
-    /// True if all rays so far were traced.
+    /// Returns true if all rays so far were traced.
     pub fn is_complete(&self) -> bool {
         !self.endings.contains(&NOT_FOLLOWED)
     }

@@ -1,4 +1,4 @@
-//! Finished runs: their results, and how they are pickled.
+//! Finished runs: their results, and their conversion to pickled data.
 
 use crate::errors;
 use crate::scene::Scene;

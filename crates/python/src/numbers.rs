@@ -33,8 +33,8 @@ pub fn ask_for_memory(count: usize, each: usize, what: &str) -> PyResult<()> {
     })
 }
 
-/// Rejects masked arrays with hidden elements, also in lists: the hidden data would count. `what`
-/// names the numbers in the message.
+/// Rejects masked arrays with hidden elements, also in lists, because the hidden data would be
+/// used. `what` names the numbers in the message.
 ///
 /// # Errors
 /// Hidden elements.

@@ -244,7 +244,7 @@ impl Rendered {
         quantities.map_or(self.film(), |quantities| &quantities.film)
     }
 
-    /// Returns the names of these quantities; empty if there are none.
+    /// Returns the names of the quantities other than light; empty if there are none.
     fn names_of_quantities(&self) -> &[NamedQuantity] {
         &self.0.scene.get().loaded.quantity_names
     }

@@ -1,4 +1,4 @@
-//! Runs: their samples, taken beside Python, and their results.
+//! Runs: samples, taken while Python handles signals, and results.
 
 use crate::errors;
 use crate::finished::RunRecord;

@@ -24,7 +24,7 @@ pub struct Shared {
 }
 
 impl Shared {
-    /// True if the work is to end soon.
+    /// Returns true if the work is to end soon.
     pub fn asked(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
     }

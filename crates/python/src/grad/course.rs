@@ -140,7 +140,7 @@ impl Course {
         }
     }
 
-    /// True if rays pass through a box.
+    /// Returns true if rays pass through a box.
     pub(super) fn is_boxed(&self) -> bool {
         self.elements.is_none()
     }

@@ -55,7 +55,7 @@ impl<'a> Starts<'a> {
     }
 }
 
-/// True if a ray starts in a box: inside, or on a face and inwards.
+/// Returns true if a ray starts in a box: inside, or on a face and inwards.
 fn enters(region: &Aabb, x: DVec3, direction: DVec3) -> bool {
     (0..3).all(|axis| {
         let (x, d) = (x[axis], direction[axis]);
@@ -118,7 +118,7 @@ pub(super) enum Loss<'a> {
 }
 
 impl Loss<'_> {
-    /// True if the loss depends on a ray.
+    /// Returns true if the loss depends on a ray.
     pub(super) fn depends_on(&self, i: usize) -> bool {
         match self {
             Loss::Derivatives(by) => by.get(i, 0.0) != (DVec3::ZERO, DVec3::ZERO, 0.0),
