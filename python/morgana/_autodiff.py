@@ -39,7 +39,7 @@ class Model(NamedTuple):
 
     @property
     def arrays(self) -> int:
-        """Number of arrays before the starts."""
+        """Number of arrays before the origins and directions."""
         return len(self.names) if self.build is not None else 1
 
     def follow(self, *given: Doubles) -> Tuple[Doubles, ...]:
@@ -51,7 +51,7 @@ class Model(NamedTuple):
         """Returns derivatives by the given arrays, from these arrays, the positions of the ends,
         and derivatives by the ends.
 
-        A ray without an end is NaN. A loss that selects other rays has derivatives there of zero,
+        A ray without an end is NaN. A loss that leaves out this ray has a derivative by it of zero,
         or of zero times NaN; both count as zero."""
         *given, positions, by_positions, by_directions, by_lengths = kept
         lost = ~np.isfinite(positions).all(axis=1)

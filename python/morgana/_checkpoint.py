@@ -21,7 +21,7 @@ Saved = Tuple[Doubles, List[Told], str]
 
 class Checkpoint:
     """File of one reconstruction: samples, all iterations, and the reason for the end of the
-    search; empty if it has not ended."""
+    search. The reason is empty until the search ends."""
 
     def __init__(self, path: Union[str, "os.PathLike[str]"], problem: "_Problem", error: Type[Exception]) -> None:
         self.path, self.key, self.error = os.fspath(path), _key(problem), error

@@ -23,8 +23,8 @@ class ConjugateDirections:
     al. 2000).
 
     Each solution starts from the best combination of earlier directions, and continues conjugate to
-    them. All solutions together therefore need at most as many directions as there are unknowns,
-    while there is memory for them.
+    them. All solutions together therefore need at most as many directions as there are unknowns, if
+    memory suffices.
     """
 
     def __init__(self, operator: Operator, precondition: Operator, size: int) -> None:

@@ -56,11 +56,11 @@ def derivatives(
 ) -> Dict[str, Derivative]:
     """Unbiased derivatives of a loss of a picture, or of readings, by parameters of the scene.
 
-    The loss enters by its derivatives by all values of the picture, or of the readings: the
-    *weights*. Paths are sampled by the integrator, ``path``, ``particle`` or ``bdpt``, or are the
-    particles of meters. They are held fixed while their contributions change. The run time hardly
-    depends on the number of parameters. Random numbers are independent of the random numbers of
-    ``render`` with the same seed, as nonlinear losses require.
+    The loss is given by its derivatives by all values of the picture, or of the readings: the
+    *weights*. The integrator, ``path``, ``particle`` or ``bdpt``, samples the paths; for meters,
+    they are the paths of particles. The paths are held fixed while their contributions change. The
+    run time hardly depends on the number of parameters. The random numbers are independent of the
+    random numbers of ``render`` with an equal seed. Nonlinear losses require this.
 
     Parameters are named after objects of the scene; coefficients are per unit length, and include
     the medium's ``scale``:
@@ -80,12 +80,12 @@ def derivatives(
 
     ``MEDIUM.ior`` is the refractive index of a medium, which may scatter: all samples of n of a
     grid, or all parameters of another field in a row. ``MEDIUM.ior.delta`` is one of its
-    parameters, with its name in ``morgana.grad.parameters``. These derivatives use separate paths,
-    whose vertices move with the index, and which find light only by random hits. They need a
-    camera, extinctions and albedos that are uniform or trilinear grids, and light without edges: a
-    ``constant`` or ``envmap``, or a ``rectangle`` with a ``bitmap`` that is dark at its edge.
-    Weights may be given for layers by bounces. Other scenes raise an error. A ``SceneWarning``
-    gives the number of lost paths.
+    parameters, with its name in ``morgana.grad.parameters``. These derivatives use separate paths.
+    Their vertices move with the index, and they reach emitters only by random hits. The scene needs
+    a camera, and extinctions and albedos that are uniform or trilinear grids. Its light must have
+    no edges: a ``constant`` or ``envmap``, or a ``rectangle`` with a ``bitmap`` that is dark at its
+    edge. Other scenes raise an error. Weights may be given for layers by bounces. A
+    ``SceneWarning`` gives the number of lost paths.
 
     Parameters
     ----------
@@ -123,10 +123,10 @@ def derivatives(
     Raises
     ------
     RenderError
-        A parameter that the scene does not have, or whose derivative no path finds. Weights that
-        have a wrong shape or are not finite. A scene whose picture is blurred (``photon``,
-        ``sppm``, ``vcm``) or shows no light (``aov``). An index in a scene in which light is
-        discontinuous as rays move.
+        A parameter that the scene does not have, or with a derivative that paths cannot find.
+        Weights that have a wrong shape or are not finite. A scene whose picture is blurred
+        (``photon``, ``sppm``, ``vcm``) or shows no light (``aov``). An index in a scene in which
+        light is discontinuous as rays move.
     TypeError
         An argument of another type.
     KeyboardInterrupt
@@ -217,8 +217,8 @@ def jacobian(
     Raises
     ------
     RenderError
-        A parameter that the scene does not have, or whose derivative no particle finds; a reading
-        that the scene does not have.
+        A parameter that the scene does not have, or with a derivative that particles cannot find. A
+        reading that the scene does not have.
     MemoryError
         The numbers do not fit into memory.
     TypeError

@@ -35,7 +35,8 @@ CURVED = 1e-8
 
 def first_scale(function: Function, start: Doubles, gradient: Doubles, precondition: Operator) -> Tuple[float, Doubles]:
     """Returns the distance of the minimum along the preconditioned gradient at ``start``, as a
-    multiple of that gradient, and the step there.
+    multiple of the preconditioned gradient. Also returns the unit of this distance: the negative
+    preconditioned gradient.
 
     The estimate uses the curvature along the gradient."""
     down = -precondition(gradient)
@@ -52,8 +53,8 @@ def first_scale(function: Function, start: Doubles, gradient: Doubles, precondit
 def minimize(
     function: Function, start: Place, scale: float, limits: Tuple[Doubles, Doubles], precondition: Operator, pairs: Pairs
 ) -> Iterator[Tuple[Doubles, float]]:
-    """Yields places of decreasing value, with the value, until none is found. ``start`` lies within
-    the limits.
+    """Yields points of decreasing value, with the value, until there is no lower value along the
+    search direction. ``start`` lies within the limits.
 
     Numbers at a limit stay there if the gradient pushes them beyond it. The others take a step of
     limited-memory BFGS that begins with ``precondition``, a symmetric positive operator, and are
@@ -81,7 +82,7 @@ def minimize(
 
 
 def _along(function: Function, here: Place, down: Doubles, limits: Tuple[Doubles, Doubles]) -> Optional[Place]:
-    """Returns a place of lower value along a direction, projected onto the limits; ``None`` if
+    """Returns a point of lower value along a direction, projected onto the limits; ``None`` if
     there is none."""
     x, value, gradient = here
     share = 1.0

@@ -26,8 +26,8 @@ class ElementArray:
     Each element has an amplitude and a phase.
 
     The sound of each element is computed once, on the grid of the ``transducer``. The sound of the
-    array is their sum, each multiplied by a complex weight. The modulus of the weight is the
-    element's apodization, and its angle the element's phase.
+    array is the sum of the sounds of the elements, each multiplied by a complex weight. The modulus
+    of the weight is the element's apodization, and its angle the element's phase.
 
     Parameters
     ----------

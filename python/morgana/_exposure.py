@@ -1,5 +1,5 @@
-"""Quadrature over the exposure of a camera, for light that may fluctuate much faster than the
-exposure lasts."""
+"""Quadrature over the exposure of a camera, for light with fluctuations that may be much faster
+than the exposure."""
 
 from __future__ import annotations
 

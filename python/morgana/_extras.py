@@ -2,5 +2,5 @@
 
 
 def advice(extra: str) -> str:
-    """Returns how to install the packages of an extra of pyproject.toml."""
+    """Returns advice on the installation of the packages of an extra of pyproject.toml."""
     return f'run pip install ".[{extra}]" in a clone of morgana'

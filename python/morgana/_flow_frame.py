@@ -1,6 +1,6 @@
 """Maps between the space of a grid and the space of a mesh.
 
-They are the identity, a plane that continues across, or a half-plane that is revolved."""
+A map is the identity, or extends a plane along its normal, or revolves a half-plane."""
 
 from __future__ import annotations
 
@@ -39,16 +39,16 @@ class Frame:
         self.low, self.high = np.array(mesh.bounds, float).reshape(3, 2).T.copy()
 
     def of(self, places: Doubles) -> Doubles:
-        """Returns the positions in the mesh of places of the grid."""
+        """Converts positions in the space of the grid to positions in the mesh."""
         return places
 
     def points(self, points: Doubles) -> Doubles:
-        """Returns the positions in the grid of points of the mesh."""
+        """Converts points of the mesh to positions in the space of the grid."""
         return points
 
 
 class Slab(Frame):
-    """A planar mesh whose field continues across it."""
+    """Planar mesh, extended along its normal with constant values."""
 
     def __init__(self, mesh: Any, flat: int, thickness: Optional[float]) -> None:
         super().__init__(mesh)
@@ -65,7 +65,7 @@ class Slab(Frame):
 
 
 class Revolved(Frame):
-    """Half-plane that begins at an axis, or wedge about an axis, which is revolved about the axis.
+    """Half-plane that begins at an axis, or a wedge about an axis, revolved about the axis.
 
     Each value belongs to the radius of its place. Cells of a wedge are flat across it: the
     midpoint of two points at radius r is at r cos α. Radii of points are measured in the face of

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
 
 class Instead(TypedDict):
-    """Settings that replace those of a scene."""
+    """Settings that replace settings of a scene."""
 
     integrator: Optional[str]
     sampler: Optional[str]

@@ -76,8 +76,8 @@ def load_mcx(cfg: Mapping[str, Any], /, *, weight_windows: bool = False) -> Scen
     SceneError
         A required key is missing, or a value is not supported.
     ValueError
-        An unknown key or ``outputtype``, values that request another result than the fluence of
-        ``nphoton`` photons, ``vol`` without three axes, or rows of ``detpos`` without four numbers.
+        An unknown key or ``outputtype``. Values that request another result than the fluence of
+        ``nphoton`` photons. ``vol`` without three axes. Rows of ``detpos`` without four numbers.
     TypeError
         Not a dictionary, or an array that is not of real numbers.
 

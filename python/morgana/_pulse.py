@@ -158,8 +158,8 @@ class Pulse(NamedTuple):
 
         Row i, column j is the fraction of the light of bin j that the pulse moves to bin i.
 
-        Light is spread evenly over its bin, an error of second order in the width of bins. Columns
-        add up to 1, minus the fraction that leaves the bins.
+        The light of a bin is assumed to be spread evenly, which causes an error of second order in
+        the width of bins. Columns add up to 1, minus the fraction that leaves the bins.
 
         Parameters
         ----------

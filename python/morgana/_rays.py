@@ -107,8 +107,8 @@ OF_POINTS = ("offsets", "points", "tangents", "arc_length", "optical_length", "o
 class Rays(RayEnds):
     """Rays that :func:`trace` followed, with their points. Item i is ray i, as a :class:`Polyline`.
 
-    The points of all rays lie in shared arrays, ray after ray. Ray i has those from ``offsets[i]``
-    to ``offsets[i + 1]``. A ray that was not followed has no points.
+    The points of all rays lie in shared arrays, ray after ray. Ray i has the points from
+    ``offsets[i]`` to ``offsets[i + 1]``. A ray that was not followed has no points.
     """
 
     def __init__(self, ends: _morgana.Ends, traced: _morgana.Traced, stopped: Optional[str]) -> None:

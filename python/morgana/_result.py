@@ -295,8 +295,9 @@ class Result:
     def few(self) -> Bools:
         """Mask of the unreliable ``variance`` and ``error``, bool, of the shape of ``image``.
 
-        Fewer than ten effective samples found light in these pixels, or a single sample contributes
-        most of the variance (docs/images.md). ``False`` everywhere for the integrator ``aov``.
+        Fewer than ten effective samples contribute light to these pixels, or a single sample
+        contributes most of the variance (docs/images.md). ``False`` everywhere for the integrator
+        ``aov``.
         """
         return self._rendered.few()
 

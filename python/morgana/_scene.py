@@ -50,10 +50,10 @@ def load_file(
     adaptive : bool, optional
         Give noisy pixels more samples, even if the scene's sampler does not request it.
     undisturbed : bool, optional
-        Give media whose index varies a constant index, which is the scene without its flow. The
-        constant is the reference of the volume (``n0``, ``reference``), if it has one. Otherwise it
-        is the index of the surroundings if the boundary does not refract, else the mean of the
-        index over the boundary.
+        Give media with a varying index a constant index: the scene without its flow. The constant
+        is the reference of the volume (``n0``, ``reference``), if it has one. Otherwise it is the
+        index of the surroundings if the boundary does not refract, else the mean of the index over
+        the boundary.
     silence : str or sequence of str, optional
         Names of checks whose warnings are omitted, as they stand in brackets in the warnings, such
         as ``"thin_beam"``.

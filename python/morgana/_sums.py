@@ -80,8 +80,8 @@ def by_channel(values: ArrayLike, name: str, channels: int) -> Doubles:
 
 
 def doubt(wavelength: ArrayLike, records: Records) -> None:
-    """Warns if a wavelength exceeds the mean optical length between scatterings. With such dense
-    scatterers, waves would not scatter at them one by one; far more often, the unit is wrong."""
+    """Warns if a wavelength exceeds the mean optical length between scatterings. A wrong unit is
+    the likely cause. Independent scattering would not describe scatterers this dense."""
     flights = int(records.scatterings.sum()) + len(records.particle)
     mean = float(records.optical_length.sum()) / max(flights, 1)
     longest = float(np.max(wavelength))

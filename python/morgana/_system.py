@@ -1,4 +1,4 @@
-"""Media and surfaces that rays pass, and the names of their parameters: see
+"""Media and surfaces in sequence, and the names of their parameters: see
 :class:`morgana.grad.System`."""
 
 from __future__ import annotations
@@ -102,9 +102,9 @@ Medium = Union[float, Field, ArrayLike]
 class System(NamedTuple):
     """Media between surfaces that rays meet in sequence, as in a lens.
 
-    Rays start in the first medium, meet all surfaces in the order of the list, refract there by
-    Snell's law, and end on the ``exit`` behind the last surface. A ball is two equal spheres in the
-    list: one for entering rays, one for leaving rays.
+    Rays start in the first medium and meet all surfaces in the order of the list. They refract
+    there by Snell's law, and end on the ``exit`` behind the last surface. A ball is two equal
+    spheres in the list: one for entering rays, one for leaving rays.
 
     Examples
     --------
@@ -125,8 +125,8 @@ class System(NamedTuple):
 
 
 class Layout:
-    """Checked media and surfaces, with the names of their parameters and the positions of these in
-    one vector."""
+    """Checked media and surfaces, with the names of their parameters, and the positions of the
+    parameters in one vector."""
 
     def __init__(self, index: Union[Medium, System], has_box: bool) -> None:
         self.of_system = isinstance(index, System)

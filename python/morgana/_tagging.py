@@ -125,8 +125,8 @@ def tagged(records: Records, *, wavelength: ArrayLike, orders: int = 1, where: O
     """Power that sound shifts to sidebands of recorded light: I_m = E[w J_m(|Φ|)²].
 
     A record of weight w has the phase Re(Φ e^{iωt}): the modulation of its optical length times 2π
-    over the wavelength. Static phases of different paths are taken as independent, which holds for
-    scattered light.
+    over the wavelength. Static phases of different paths are assumed to be independent. This holds
+    for scattered light.
 
     Parameters
     ----------

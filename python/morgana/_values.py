@@ -1,4 +1,5 @@
-"""Comparison of values that contain arrays, no arithmetic of tuples, and dictionaries with helpful errors."""
+"""Comparison of values that contain arrays, tuples without arithmetic, and dictionaries with
+helpful errors."""
 
 from __future__ import annotations
 
@@ -17,7 +18,7 @@ def unknown(kind: str, name: object, known: Iterable[str]) -> KeyError:
 
 
 class Named(Dict[str, Value]):
-    """Dictionary of things by name. The error for an unknown name lists the known names."""
+    """Dictionary with an error for unknown names that lists the known names."""
 
     def __init__(self, kind: str, values: Mapping[str, Value]) -> None:
         super().__init__(values)

@@ -144,10 +144,10 @@ def shear(rate: float, transport_length: float, g: float = 0.0) -> Motion:
     """Effective mean square displacement (Γ l* τ)²/(5 (1 + g)) of scatterers in a shear flow.
 
     Between two scatterings, the flow moves the scatterers relative to one another by Γ τ times
-    their distance. The directions of multiply scattered light are random. Their second-order
-    correlation, which counts here, decreases by g² at each scattering of Henyey and Greenstein's
-    law. With the mean cosine ``g`` = 0, this is the law of Wu, Pine, Chaikin, Huang and Weitz
-    (1990) for a path of length s, exp(−(n k₀ Γ l* τ)² s/(15 l*)).
+    their distance. The directions of multiply scattered light are random. The displacement depends
+    on their second-order correlation. It decreases by g² at each scattering of Henyey and
+    Greenstein's law. With the mean cosine ``g`` = 0, this is the law of Wu, Pine, Chaikin, Huang
+    and Weitz (1990) for a path of length s, exp(−(n k₀ Γ l* τ)² s/(15 l*)).
 
     The law does not hold for light that is scattered a few times, nor where Γ changes over l*. An
     additional uniform flow has no effect. Each scatterer keeps its velocity: take delays in which
@@ -414,7 +414,7 @@ def _blurred(records: Records, exposure: float, delayed: _Delayed, power: Double
 
 
 class _Light(NamedTuple):
-    """Properties of the light by which motions become phases."""
+    """Properties of the light that convert motions of scatterers to phases."""
 
     wavelength: float
     indices: Dict[str, float]

@@ -9,8 +9,8 @@ Any executor in the style of :mod:`concurrent.futures` works, as does a Dask cli
     >>> from dask.distributed import Client
     >>> result = morgana.distributed.render("/shared/fog.xml", Client("scheduler:8786"), spp=4096)
 
-The result equals that of :func:`morgana.render`, bit for bit, regardless of which worker computes
-which part, and how often.
+The result equals the result of :func:`morgana.render`, bit for bit. It does not depend on which
+worker computes which part, and how often.
 """
 
 from __future__ import annotations

@@ -70,8 +70,8 @@ MOST_MOLAR_MASS = 1.0
 class ResamplingError(NamedTuple):
     """Difference between the index field of a scene and the mesh.
 
-    The grid, interpolated by B-splines as in scenes, is compared with the values at the points of
-    the mesh, or at the centres of its cells for an array of cells."""
+    The grid is interpolated by B-splines, as in scenes. It is compared with the values at the
+    points of the mesh, or at the centres of its cells for an array of cells."""
 
     rms: float
     """Root mean square difference, in the unit of the array."""
@@ -191,10 +191,11 @@ def read(path: Path, *, time: Optional[float] = None) -> Any:
     """Read a mesh by PyVista or meshio.
 
     Formats are ``.vti``, ``.vtr``, ``.vts``, ``.vtu``, ``.vtp``, ``.vtm``, ``.vtk``, ``.foam``,
-    ``.cgns``, and all others that PyVista or meshio read. Of several blocks, those that fill space
-    are merged, without the surfaces around them and without hidden cells. The merged mesh keeps the
-    arrays that all its blocks have. Values of OpenFOAM cells stay values of cells. For a decomposed
-    OpenFOAM case, the parts (``processor0``, …) are read if the case itself does not have the time.
+    ``.cgns``, and all others that PyVista or meshio read. If a mesh has several blocks, the blocks
+    that fill space are merged, without the surfaces around them and without hidden cells. The
+    merged mesh keeps the arrays that all its blocks have. Values of OpenFOAM cells are not averaged
+    at points. For a decomposed OpenFOAM case, the parts (``processor0``, …) are read if the case
+    itself does not have the time.
 
     Parameters
     ----------
@@ -227,7 +228,7 @@ def read(path: Path, *, time: Optional[float] = None) -> Any:
         if not os.path.exists(name):
             raise FileError(f"{os.fspath(path)}: the folder is not a case of OpenFOAM, because it has no {CONTROL}")
     try:
-        # Silence VTK's warnings, most of which do not matter here; show its errors.
+        # Silence VTK's warnings, because most of them do not concern the mesh; show its errors.
         with pyvista.vtk_verbosity("error"):
             found = _read(pyvista, name, time)
     except FlowError:
@@ -367,7 +368,7 @@ def _pyvista() -> Any:
 
 
 def _case(name: str) -> Optional[str]:
-    """Returns the folder of the OpenFOAM case that a file stands for."""
+    """Returns the folder of the OpenFOAM case that a file represents."""
     if name.endswith(CONTROL):
         return os.path.dirname(os.path.dirname(name))
     return os.path.dirname(name) if name.lower().endswith(OPENFOAM) else None

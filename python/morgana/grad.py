@@ -155,8 +155,8 @@ class Rays:
 
     :meth:`forward`, :meth:`vjp` and :meth:`jvp` take the index: samples of n on a grid, a
     :class:`morgana.Field`, or a :class:`System` of media and surfaces. Results do not depend on the
-    number of threads. Memory is needed for the arrays, and at most 160 MB more for sums of large
-    grids.
+    number of threads. In addition to the arrays, large grids need at most 160 MB of memory for
+    sums.
 
     Parameters
     ----------

@@ -226,7 +226,7 @@ class _Limits(NamedTuple):
 
 
 class _Stage(NamedTuple):
-    """One stage of the search: a grid and a number of rays."""
+    """Stage of the search: a grid and a number of rays."""
 
     grid: Shape
     rays: int
@@ -450,10 +450,10 @@ def posterior(
     """Gauss–Newton approximation of the posterior distribution of an index, given data.
 
     :func:`fit` gives the most probable samples with a penalty on slopes. This function gives their
-    covariance: from noise in the data, and from what too few views leave undetermined. Prior
-    assumptions limit the latter. ``smoothness``, as in :func:`fit`, assumes that differences of
-    neighbouring samples are Gaussian; ``prior_deviation`` assumes that the samples are Gaussian.
-    Limits and total variation have no effect.
+    covariance, which has two causes: noise in the data, and too few views, which do not determine
+    all samples. Prior assumptions limit the covariance from too few views. ``smoothness``, as in
+    :func:`fit`, assumes that differences of neighbouring samples are Gaussian. ``prior_deviation``
+    assumes that the samples are Gaussian. Limits and total variation have no effect.
 
     Parameters
     ----------
@@ -476,8 +476,8 @@ def posterior(
     Raises
     ------
     ReconstructionError
-        No data, data without noise, or shapes that do not fit. No prior for what rays do not
-        determine. Measured rays that have no end. SciPy is missing.
+        No data, data without noise, or shapes that do not match. No prior for samples that rays do
+        not determine. Measured rays that have no end. SciPy is missing.
 
     Examples
     --------

@@ -42,8 +42,8 @@ RAYS = 16
 class Bos(NamedTuple):
     """Result of :func:`bos`.
 
-    Rows are from the top. Displacements are in pixels to the right and downwards, as particle image
-    velocimetry codes have them."""
+    Rows are from the top. Displacements are in pixels to the right and downwards, as in particle
+    image velocimetry codes."""
 
     flow: Floats
     """The picture with the flow, (height, width, channels)."""
@@ -114,9 +114,9 @@ def bos(
     The flow is in front of the background. Both pictures use the same rays, so that only the flow
     changes them. The displacement is computed from rays, to their tolerance, without noise except
     from the random positions of a pixel's rays (docs/theory.md#displacement). Windows and water in
-    front of the background bend rays in both pictures, and do not count. The displacement is then
-    of first order, for a background without steps in depth, and errors and spreads are upper
-    bounds.
+    front of the background bend rays in both pictures, and do not contribute to the displacement.
+    The displacement is then of first order, for a background without steps in depth. Errors and
+    spreads are upper bounds.
 
     Parameters
     ----------

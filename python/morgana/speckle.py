@@ -120,8 +120,8 @@ def pattern(
     Raises
     ------
     ValueError
-        A number out of range, axes that are not at right angles, no light that the lens accepts, or
-        light that does not pass in the plane through ``center``.
+        A number out of range. Axes that are not at right angles. No light that the lens accepts.
+        Light that does not pass in the plane through ``center``.
 
     Examples
     --------
