@@ -6,16 +6,17 @@
 
 pub use eikonal::budget::*;
 
-/// Maximum number of specular events of one edge; light between perfect mirrors never ends.
+/// Maximum number of specular events of one edge. Between perfect mirrors, an edge would never end.
 pub(crate) const EVENTS_PER_EDGE: u32 = 1_000;
 
-/// Maximum number of edges of a random walk; between walls without absorption it would never end.
+/// Maximum number of edges of a random walk. Between walls without absorption, a walk would never
+/// end.
 pub(crate) const EDGES_PER_WALK: usize = 1_000_000;
 
 /// Maximum number of random starts that search for a branch again, to estimate the branch's weight.
 pub(crate) const TRIALS_PER_SEARCH: u32 = 1_000;
 
-/// Maximum number of ray steps of all these searches together.
+/// Maximum number of ray steps of all random starts that estimate the weight of one branch.
 pub(crate) const STEPS_PER_SEARCH: u64 = 4_000_000;
 
 /// Maximum number of photons that are examined along one edge from the sensor, or around one

@@ -57,9 +57,9 @@ pub struct ConnectionCounts {
     pub candidates: u64,
     /// Number of pairs of ends that were tried.
     pub attempts: u64,
-    /// Number of rays found.
+    /// Number of connecting rays that were found.
     pub found: u64,
-    /// Number of found rays that an opaque or rough surface blocks.
+    /// Number of connecting rays that an opaque or rough surface blocks.
     pub occluded: u64,
     /// Number of connecting rays without contribution, because they arrive on the wrong side of a
     /// surface or through the wrong medium.
@@ -74,9 +74,9 @@ pub struct ConnectionCounts {
     pub certified: u64,
     /// Number of searches for further branches from a random start.
     pub searches: u64,
-    /// Number of searches that found a branch.
+    /// Number of searches from a random start that found a branch.
     pub secondary: u64,
-    /// Number of random starts for the weights of these branches.
+    /// Number of random starts that estimate the weights of branches.
     pub trials: u64,
     /// Number of branches whose weight estimate was cut off; their contribution is too small.
     pub capped: u64,
@@ -84,7 +84,7 @@ pub struct ConnectionCounts {
 
 impl Stats {
     /// Returns the estimated cost in units that do not depend on a clock, for choices between
-    /// estimators. An evaluation of a field costs 1, some 60 ns.
+    /// estimators. An evaluation of a field costs 1, about 60 ns.
     pub fn cost(&self) -> f64 {
         let work = &self.work;
         let counts = [

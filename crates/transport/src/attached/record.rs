@@ -1,4 +1,5 @@
-//! Record of a path for the backward sweep: eight bytes per step, and some hundreds per flight.
+//! Record of a path for the backward sweep. It takes eight bytes per step, and some hundred bytes
+//! per flight.
 
 use super::arrival::Arrival;
 use super::fresnel::FresnelShare;

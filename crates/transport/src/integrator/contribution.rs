@@ -16,8 +16,8 @@ pub struct Contribution {
     pub strategy: (u32, u32),
     /// Unweighted value.
     pub value: Spectrum,
-    /// Bias of the value, to second order in the radius within which photons count; zero for an
-    /// unbiased estimator.
+    /// Bias of the value, to second order in the radius of the kernel; zero for an unbiased
+    /// estimator.
     pub bias: Spectrum,
     /// MIS weight of the strategy among all strategies that can sample the path, in [0, 1].
     pub weight: f64,

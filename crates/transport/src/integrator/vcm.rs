@@ -160,7 +160,7 @@ impl VcmSample<'_> {
         for i in 0..sensor.vertices.len() {
             joining.merged(&sensor.vertices[..=i], self.merging);
         }
-        // The light subpath was traced before, so that no particle counts here.
+        // Leave the particle balance empty, because the light subpath was traced before.
         ws.particle_balance.is_void = true;
     }
 }

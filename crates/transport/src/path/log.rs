@@ -64,7 +64,7 @@ pub(crate) struct FoundPath<'a, W> {
 pub(crate) struct SubpathEnd<'a> {
     /// Place at which the contribution leaves the subpath.
     pub leaves: Leaves,
-    /// Edges of the contribution alone, after the part that it shares with the subpath.
+    /// Edges of the path after it has left the subpath. Only this contribution has them.
     pub passed: &'a [Edge<'a>],
     /// Part of an edge after `passed`.
     pub part: Option<EdgePart<'a>>,

@@ -37,7 +37,7 @@ pub struct Workspace {
     pub solver: Solver<MediumId>,
     /// Counts so far.
     pub stats: Stats,
-    /// Energy balance of the particles followed since the balance was last taken.
+    /// Energy balance of the particles followed since the balance was last reset.
     pub particle_balance: ParticleBalance,
     /// Probability in (0, 1] of searching a connection that may not be unique for further branches.
     /// Any value is unbiased.
@@ -49,7 +49,7 @@ pub struct Workspace {
     /// Probabilities with which strategies of bidirectional estimators are used. Any values are
     /// unbiased.
     pub strategies: StrategyRates,
-    /// Work for these strategies so far.
+    /// Work for strategies of bidirectional estimators so far.
     pub strategy_work: StrategyWork,
     /// Estimate of the further contribution of paths, for Russian roulette. Any values are
     /// unbiased.

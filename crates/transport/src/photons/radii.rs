@@ -1,4 +1,5 @@
-//! Radii within which photons count, and their decrease (docs/theory.md#progressive-photon-maps).
+//! Radii within which photons contribute, and their decrease
+//! (docs/theory.md#progressive-photon-maps).
 
 /// Radii of one map.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -17,7 +17,7 @@ use std::ops::Range;
 pub struct Quantities {
     /// Film of the quantities, in the order of [`AovTracer::channels`].
     pub film: Film,
-    /// Counts of events and failures of these rays.
+    /// Counts of events and failures of the rays that measured the quantities.
     pub stats: Stats,
 }
 

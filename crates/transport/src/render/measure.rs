@@ -139,7 +139,7 @@ impl MeasureState {
         );
         let window = |group: &Group| group.setup.window(handle.stop());
         let pilot = || {
-            // Windows do not depend on the options, so that states of other ranges and depths have
+            // Use default options for the window, so that states of other ranges and depths have
             // equal windows. `groups` succeeded above, so there is light.
             let whole = self::groups(scenes, meters, u32::MAX, 0);
             whole.iter().flatten().map(window).collect()

@@ -51,12 +51,12 @@ fn tasks_of_block() -> usize {
 struct SplatSamples {
     /// Light that each cell contributes at the point of its sensor ray on the film.
     own: Vec<Spectrum>,
-    /// Part of this light that is bias, if the integrator has a known bias.
+    /// Bias in `own`, if the integrator has a known bias.
     bias: Vec<Spectrum>,
     /// Contributions, each with the cell whose sample found it: all of them if
     /// [`Wanted::keeps_own`], otherwise those with a position on the image.
     contributions: Vec<(usize, Contribution)>,
-    /// Parts of their light, if the film keeps [parts](crate::film::LightParts).
+    /// Parts of the contributions' light, if the film keeps [parts](crate::film::LightParts).
     parts: Option<Vec<(usize, FoundPart)>>,
 }
 
@@ -212,7 +212,7 @@ struct Assembly<'a> {
     footprint: Footprint,
     /// Values of the current sample by cell.
     own: Vec<Spectrum>,
-    /// Parts of these values that are bias, if the integrator has a known bias.
+    /// Bias of the current sample by cell, if the integrator has a known bias.
     bias: Vec<Spectrum>,
     /// Light of the current sample with positions of its own on the image, by pixel.
     image: Vec<Spectrum>,

@@ -69,7 +69,7 @@ impl Scene {
 pub struct Bodies {
     /// Indices of the objects that are closed or divide a volume.
     bounding: Vec<usize>,
-    /// Hierarchy over the boxes of these objects.
+    /// Hierarchy over the boxes of the objects in `bounding`.
     tree: Tree,
     /// Partition to which each object belongs, if any.
     partition: Vec<Option<usize>>,

@@ -18,8 +18,8 @@ use rayon::prelude::*;
 const CELLS: usize = 32;
 /// Relative size of overlaps that rounding may cause. Faces that touch do not overlap.
 const ROUNDING: f64 = 1e-9;
-/// Deviation from the estimate, in standard errors, beyond which an exact volume is rejected. A
-/// mesh that crosses itself has another volume than the one that it contains.
+/// Deviation from the estimate, in standard errors, beyond which an exact volume is rejected. The
+/// formula gives a wrong volume for a mesh that crosses itself.
 const MOST_DEVIATION: f64 = 6.0;
 
 /// Returns ∫ ε dV of a medium within `bounds`, which contain all of it.
@@ -116,7 +116,7 @@ fn grids(medium: &Medium) -> Vec<&VolumeGrid> {
     grids.flatten().collect()
 }
 
-/// A part of space that a medium, or several media, take from their surroundings.
+/// Part of space that a medium, or several media, occupy.
 struct Body<'a> {
     medium: Option<MediumId>,
     shape: Option<&'a Shape>,

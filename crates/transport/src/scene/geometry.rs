@@ -28,8 +28,8 @@ pub(super) struct Geometry {
     pub blockers: Arc<Index>,
     /// Closed objects, with look-up by position.
     pub bodies: Bodies,
-    /// True for objects that touch, overlap or contain others: the medium beside their surfaces
-    /// varies.
+    /// True for objects that touch, overlap or contain other objects. The medium beside the surface
+    /// of such objects varies.
     pub overlapping: Vec<bool>,
     /// Distance from faces to which emitters and sensors on them are moved.
     pub face_distance: f64,

@@ -77,7 +77,8 @@ pub struct Scene {
     sensor_medium: MediumId,
     lights: Lights,
     around: Surroundings,
-    /// See [`World::ray_epsilon`](eikonal::World::ray_epsilon).
+    /// Distance from a surface at which rays that leave it start: see
+    /// [`World::ray_epsilon`](eikonal::World::ray_epsilon).
     ray_epsilon: f64,
     /// True if no medium attenuates light.
     clear: bool,

@@ -26,7 +26,8 @@ pub struct Object {
     pub shape: Shape,
     /// Surface scattering.
     pub bsdf: Bsdf,
-    /// Media on the two sides; `None` if both sides are in one medium, whichever that is.
+    /// Media on the two sides. `None` if both sides are in one medium, the medium around the
+    /// object.
     pub sides: Option<Sides>,
     /// Index of the emitter that covers the surface.
     pub emitter: Option<usize>,
@@ -51,10 +52,10 @@ impl Object {
 /// The media on the two sides of a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sides {
-    /// Medium inside a closed shape, whichever way its normals point, or behind the normal of an
-    /// open shape.
+    /// Medium inside a closed shape, regardless of the direction of its normals, or behind the
+    /// normal of an open shape.
     pub interior: MediumId,
-    /// Medium on the other side.
+    /// Medium outside a closed shape, or in front of the normal of an open shape.
     pub exterior: MediumId,
 }
 

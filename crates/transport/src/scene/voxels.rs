@@ -57,7 +57,7 @@ pub(crate) enum BeyondFace<'a> {
     Voxel(usize, &'a VoxelMatter),
     /// The medium around the volume, and its index.
     Exterior(MediumId, f64),
-    /// Anything else, including voxels near other surfaces.
+    /// Space with other properties, or near other surfaces.
     Unknown,
 }
 

@@ -14,13 +14,13 @@ const STEPS: usize = 4;
 pub struct Branches {
     /// Primary ray, or all rays that were found.
     pub list: Vec<Branch>,
-    /// Reason why there is no primary ray. If all rays were requested: reason why one that a
-    /// coarser search found is missing from the list.
+    /// Reason why there is no primary ray. If all rays were requested, it is the reason why a ray
+    /// of the coarser search is missing from the list.
     pub failure: Option<Failure>,
     /// True if it is certain that at most one ray exists with the requested number of reflections
     /// where refraction is possible.
     pub is_unique: bool,
-    /// True if something blocks the primary ray.
+    /// True if a surface blocks the primary ray.
     pub is_occluded: bool,
 }
 
@@ -33,7 +33,7 @@ pub struct Branch {
     pub points: Vec<DVec3>,
     /// Transmittance of each channel.
     pub transmittance: Vec<f64>,
-    /// True if something blocks the ray.
+    /// True if a surface blocks the ray.
     pub is_occluded: bool,
     /// True if the ray was found first, from the default start.
     pub is_primary: bool,

@@ -67,7 +67,7 @@ impl LightMap {
 #[derive(Debug)]
 pub(crate) struct Merging {
     pub light: LightMap,
-    /// Radii around a vertex within which photons count.
+    /// Radii around a vertex within which photons are merged.
     pub radii: Radii,
     /// Layers of light that the film separates.
     pub decomposition: Decomposition,

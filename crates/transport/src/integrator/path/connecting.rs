@@ -16,7 +16,7 @@ use crate::scene::{Receiver, Scene};
 struct NextEvent {
     /// Probability q of making a connection.
     rate: f64,
-    /// Number of samples as which MIS weights count a connection.
+    /// Number of independent samples that MIS weights assume for a connection.
     samples: f64,
 }
 
@@ -57,10 +57,11 @@ impl<L: PathLog> Tracing<'_, L> {
             let chosen = choice.sample(u, place, self.sampler, &mut self.ws.stats);
             self.spent(NeeSlot::new(class, vertex), before);
             let Some(end) = chosen else { continue };
-            // Find all branches to this point.
+            // Find all branches to the point.
             let light = self.connect(vertex, throughput, &end, rate, budget);
             if !light.is_empty() {
-                // Weight them against the equiangular vertex, which could lie at the same position.
+                // Weight the branches against the equiangular vertex, which could lie at the
+                // vertex's position.
                 let share = self.collided(edge, &end);
                 self.connected(light, vertex, None, edge.length, end.emitter, share);
             }

@@ -45,7 +45,7 @@ pub(crate) struct Gathering<'a> {
     pub mapping: &'a PhotonMapping,
     /// Photons of the sample.
     pub map: &'a PhotonMap,
-    /// Radii around a ray, or a point, within which photons count.
+    /// Radii around a ray, or a point, within which photons contribute.
     pub radii: Radii,
     /// Probabilities of the channels; zero for channels that are not in use.
     pub channel_pdf: Spectrum,
@@ -264,7 +264,8 @@ impl Gathering<'_> {
         );
     }
 
-    /// Passes the contribution of a photon, given the kernel at it, to `found`.
+    /// Passes the contribution of a photon to `found`. `weighed` is the kernel at the photon, and
+    /// its bias.
     fn count(
         &self,
         photon: &Photon,

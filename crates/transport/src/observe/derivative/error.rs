@@ -61,7 +61,7 @@ pub enum DerivativeError {
         "the texture of emitter number {0} is a volume or a nested texture: request its emission instead"
     )]
     Radiance(usize),
-    /// The emitter is black somewhere.
+    /// The emitter has values of zero.
     #[error(
         "the light of emitter number {0} is zero somewhere, or in some channel, where no path finds the effect of a change: start from a small value > 0"
     )]

@@ -14,7 +14,7 @@ pub struct PathFacts {
     /// [`lead_in`](crate::path::lead_in) defines its origin at each emitter.
     pub optical_length: f64,
     /// Number of scattering and specular events on the path, one less than the path's depth.
-    /// Crossings of index-matched boundaries do not count.
+    /// Crossings of index-matched boundaries are not included.
     pub bounces: u32,
     /// Index of the emitter.
     pub emitter: usize,
@@ -130,7 +130,7 @@ impl LightParts {
 pub struct LayerAxis {
     /// Number of bins, of bounce counts, or of emitters.
     pub regular: usize,
-    /// Number of slots after the regular ones: below and above the bins of length, or for more
+    /// Number of slots after the regular slots: below and above the bins of length, or for more
     /// bounces.
     pub others: usize,
 }

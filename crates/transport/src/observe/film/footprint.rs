@@ -3,7 +3,7 @@
 use super::Filter;
 use smallvec::SmallVec;
 
-/// Pixels around a point of the film, with the weights that the reconstruction filter gives them there.
+/// Pixels around a point of the film, with their weights by the reconstruction filter.
 ///
 /// The weights of all pixels, within the film and beyond, add up to one.
 #[derive(Clone, Debug)]

@@ -38,7 +38,7 @@ pub(super) struct Collision<'a> {
     pub optical_length: f64,
 }
 
-/// Light that passes through a surface, or arrives at an opaque one.
+/// Light that passes through a surface, or arrives at an opaque surface.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Passing<'a> {
     /// Scene.
@@ -47,9 +47,9 @@ pub(super) struct Passing<'a> {
     pub object: usize,
     /// Point on the surface.
     pub hit: Hit,
-    /// Unit direction beyond the surface; at an opaque one, the direction of arrival.
+    /// Unit direction beyond the surface. At an opaque surface, it is the direction of arrival.
     pub direction: DVec3,
-    /// Medium in which the light has this direction.
+    /// Medium in which the light travels in `direction`.
     pub medium: MediumId,
     /// Power.
     pub power: Spectrum,

@@ -36,12 +36,14 @@ pub struct FluenceMeter {
     pub grid: MeterGrid,
     /// Estimator of fluence.
     pub estimator: Estimator,
-    /// Bins of the optical path length from the emitter, if light is separated by it.
+    /// Bins of the optical path length from the emitter, if the meter separates light by this
+    /// length.
     pub optical_length: Option<Bins>,
     /// Weight windows divide and terminate particles, so that late bins of optical length are as
     /// accurate as early ones.
     pub weight_windows: bool,
-    /// Sidebands into which fluence is separated by the phase shift from sound, if it is.
+    /// Sidebands into which the meter separates fluence by the phase shift from sound; `None` if it
+    /// does not.
     pub sidebands: Option<Sidebands>,
 }
 

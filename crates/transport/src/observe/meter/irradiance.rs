@@ -42,7 +42,8 @@ pub struct IrradianceMeter {
     pub most_records: Option<usize>,
     /// True if records also hold the effect of sound on the light's optical length.
     pub tagged: bool,
-    /// Sidebands into which power is separated by the phase shift from sound, if it is.
+    /// Sidebands into which the meter separates power by the phase shift from sound; `None` if it
+    /// does not.
     pub sidebands: Option<Sidebands>,
     /// True if the meter measures the [Stokes parameters](crate::polarization) of light. The first
     /// axis of their frame is perpendicular to the direction of the light and to the [y

@@ -1,13 +1,14 @@
 //! Dwell: the fluence of a particle in a cell, until it reaches another cell.
 //!
-//! Consecutive pieces of its path in one cell share the modulation of one piece, which is chosen at
-//! random in proportion to the fluence. The phase shift from sound hardly changes within a cell,
-//! and computing the parts of light takes longer than flying.
+//! Consecutive pieces of the particle's path in one cell share the modulation of one piece, chosen
+//! at random in proportion to the fluence. The phase shift from sound hardly changes within a cell,
+//! and computing the parts of light takes longer than tracing the path.
 
 use crate::Spectrum;
 use glam::DVec2;
 
-/// Maximum number of pieces, so that large cells do not depend on too few modulations.
+/// Maximum number of pieces with one modulation. Large cells then do not depend on too few
+/// modulations.
 const MOST_PIECES: u32 = 8;
 
 /// Fluence in a cell, with the modulation of one of its pieces.

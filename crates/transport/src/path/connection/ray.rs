@@ -16,10 +16,11 @@ use glam::DVec3;
 /// rays that it shoots. The limits also apply to the relative difference of optical path lengths.
 const SAME_WAY: (f64, f64) = (1e-4, 100.0);
 
-/// Slack at the end of a grazing ray, per length of its miss. Within the slack, the ray may touch
-/// the surface on which it ends.
+/// Slack at the end of a grazing ray, divided by the distance at which the ray misses its target.
+/// Within the slack, the ray may touch the surface on which it ends.
 const SLACK_PER_MISS: f64 = 1e3;
-/// Slack at the end of a ray, per ray epsilon: ends are kept off surfaces by the ray epsilon.
+/// Slack at the end of a ray, divided by the ray epsilon, the distance by which ends are kept off
+/// surfaces.
 const SLACK_PER_RAY_EPSILON: f64 = 1e3;
 
 /// A ray between a vertex and an end. The fields describe it from the vertex.
@@ -27,7 +28,7 @@ const SLACK_PER_RAY_EPSILON: f64 = 1e3;
 pub struct Connection {
     /// Unit direction at the vertex, towards the end.
     pub direction: DVec3,
-    /// Position at which the ray meets the end.
+    /// Position of the ray at the end: the point, or the intersection with the plane.
     pub origin: DVec3,
     /// Unit direction at the end, towards the vertex.
     pub emission: DVec3,
@@ -41,7 +42,7 @@ pub struct Connection {
     pub n_end: f64,
     /// Optical path length.
     pub optical_length: f64,
-    /// Distance at which the ray passes the point that it was aimed at.
+    /// Distance between the ray and the point to which the solver aimed it.
     pub miss: f64,
     /// Probability that connections discover the ray, for MIS weights. It is 1 for a branch found
     /// from a deterministic start, and less for a branch that only random starts find.

@@ -20,7 +20,7 @@ pub(super) struct ConnectionThroughput {
     pub choice: f64,
     /// Number of refractions and reflections.
     pub events: u32,
-    /// Number of reflections among them.
+    /// Number of reflections.
     pub reflections: u32,
     /// ∏ n_after/n_before over declared index matches, in the order in which the ray was followed.
     pub jump: f64,

@@ -18,7 +18,7 @@ pub struct EdgeGeometry {
     pub choice: f64,
     /// Number of refractions and reflections along the edge.
     pub events: u32,
-    /// Number of reflections among them, including total reflections.
+    /// Number of reflections along the edge, including total reflections.
     pub reflections: u32,
 }
 

@@ -20,7 +20,8 @@ const SHIFT: [f64; 2] = R2_STEPS;
 /// be wrong.
 const EVENLY: f64 = 0.5;
 
-/// Number of candidates for an end, and its effect on MIS weights.
+/// Resampling of ends on emitters: the number of candidates, and the number of samples for MIS
+/// weights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Resampling {
     /// Number of candidates, at least one.
