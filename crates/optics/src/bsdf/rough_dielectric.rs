@@ -13,7 +13,8 @@ use glam::DVec3;
 /// size, so it would be mostly rounding.
 const MATCHED: f64 = 1e-9;
 
-/// Rough dielectric. It samples visible facet normals, then reflection with the F of the facet.
+/// Rough dielectric. It samples a visible facet normal, and then reflection with the probability F,
+/// the Fresnel reflectance of the facet.
 ///
 /// Where the two indices match, samples pass straight through as delta events, and `eval` and `pdf`
 /// are zero. This is the limit of ever closer indices.

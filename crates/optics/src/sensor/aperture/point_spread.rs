@@ -11,7 +11,8 @@ use std::sync::Arc;
 const SAMPLES: u64 = 200_000;
 
 /// Point spread function of an aperture: the diffraction image of a point in incoherent light of
-/// one wavelength. The image of the sensor is the image of geometrical optics, convolved with it.
+/// one wavelength. The image of the sensor is the image of geometrical optics, convolved with this
+/// function.
 #[derive(Clone, Debug)]
 pub struct PointSpread {
     pattern: Pattern,
