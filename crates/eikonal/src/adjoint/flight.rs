@@ -48,7 +48,7 @@ pub struct FlightMeeting<M> {
     pub theta: f64,
     /// Intersection point, on the surface to round-off.
     pub position: DVec3,
-    /// Unit normal there, of either sign.
+    /// Unit normal of the surface at the intersection, of either sign.
     pub normal: DVec3,
     /// Data of the surface.
     pub what: M,

@@ -71,8 +71,8 @@ pub(super) fn bent(
     }
 }
 
-/// Linear correction to a solution that is zero at both ends of the bending part. With the
-/// correction, the ray, straight outside this part, begins and ends at the ends of the line.
+/// Linear correction to a solution that is zero at both ends of the bending part. Outside this part
+/// the ray is straight. With the correction, it begins and ends at the ends of the line.
 struct Ends {
     /// Correction at the beginning of the part.
     offset: DVec3,

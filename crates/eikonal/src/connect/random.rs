@@ -11,10 +11,10 @@ use std::f64::consts::{PI, TAU};
 
 /// Fraction of initial rays around the chord; the others are uniform.
 const NEAR: f64 = 0.75;
-/// Smallest angle to the chord, in radians, and smallest distance from the foot in units of the
-/// radius, of the rays around the chord.
+/// Smallest angle between initial rays and the chord, in radians. For rays from a plane, it is the
+/// smallest distance from the foot, in units of the radius.
 const CLOSEST: f64 = 1e-3;
-/// Largest distance from the foot, in units of the radius, of the starts around it.
+/// Largest distance of starts from the foot, in units of the radius.
 const FARTHEST: f64 = 2.0;
 
 /// Returns a random unit direction: with probability 3/4 at an angle to `chord` that is log-uniform

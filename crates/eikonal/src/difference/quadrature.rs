@@ -45,16 +45,16 @@ const MOST_HALVINGS: u32 = 12;
 /// scales.
 const LEAST_PANEL: f64 = 1e-6;
 
-/// Integrand at a place: the difference of squared indices, and all other terms.
+/// Integrand at a place: the contrast of squared indices, and all other terms.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Integrand {
     /// Contrast n² − n_r².
     pub contrast: f64,
-    /// All other terms.
+    /// All terms of the integrand except the contrast.
     pub rest: f64,
 }
 
-/// Integrals to 1e-7 of the largest contrast met so far.
+/// Integrals with an error of 1e-7 of the largest contrast so far.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Quadrature {
     /// Largest contrast |n² − n_r²| so far.

@@ -6,11 +6,11 @@
 
 use glam::DVec3;
 
-/// Integer that a coordinate of zero becomes in `LAST_BIT`. Coordinates must be larger than
-/// −`ORIGIN`.
+/// Integer that represents a coordinate of zero in sums with `LAST_BIT`. Coordinates must be larger
+/// than −`ORIGIN`.
 const ORIGIN: isize = 8;
-/// A number whose last bit has the value 1, also in sums with coordinates, because it is far from
-/// powers of two.
+/// Constant 1.5·2⁵² + `ORIGIN`. The last bit of this number, and of its sums with coordinates, has
+/// the value 1, because they are far from powers of two.
 const LAST_BIT: f64 = 6_755_399_441_055_744.0 + ORIGIN as f64;
 /// Bits of a sum that hold its offset from 1.5·2⁵².
 const INTEGER: u64 = (1 << 51) - 1;

@@ -25,7 +25,7 @@ pub struct Scaled {
 /// Squared index n² as a function of the squared index n_0² of the unscaled field.
 struct Square {
     value: f64,
-    /// First and second derivatives with respect to n_0².
+    /// First derivative with respect to n_0²; `second` is the second derivative.
     first: f64,
     second: f64,
 }

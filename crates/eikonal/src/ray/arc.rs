@@ -325,7 +325,7 @@ fn differences(control: &[DVec3; 6]) -> [DVec3; 5] {
     std::array::from_fn(|i| control[i + 1] - control[i])
 }
 
-/// Nodes of Gauss–Legendre quadrature on [0, 1].
+/// Nodes of Gauss–Legendre quadrature with four points on [0, 1].
 pub(super) const NODES: [f64; 4] = [
     0.069_431_844_202_973_7,
     0.330_009_478_207_571_9,
@@ -333,7 +333,8 @@ pub(super) const NODES: [f64; 4] = [
     0.930_568_155_797_026_3,
 ];
 
-/// Weights of the outer and inner nodes of this quadrature.
+/// Weight of the outer nodes in Gauss–Legendre quadrature with four points; `INNER` is the weight
+/// of the inner nodes.
 const OUTER: f64 = 0.173_927_422_568_726_9;
 const INNER: f64 = 0.326_072_577_431_273_1;
 

@@ -10,7 +10,7 @@ use crate::lanes::Summand;
 use fearless_simd::{Level, Simd, SimdBase, dispatch, f32x4, f32x8};
 use glam::{DVec2, DVec3};
 
-/// Number of values in a row: four coefficients of two parts.
+/// Number of values in a row: four coefficients, each with a real and an imaginary part.
 const ROW: usize = 8;
 
 /// Coefficients of 1, t, t², t³ of the basis functions, and of their first derivatives, in single

@@ -9,9 +9,9 @@ use super::lattice::PAD;
 const RESPONSES: [f64; 3] = [1.18, 6.0, 21.9];
 /// Standard deviation of fourth differences of white noise, √70, relative to the noise.
 const FOURTH: f64 = 8.366_600_265_340_756;
-/// Smallest number of samples of an axis that is included.
+/// Smallest number of samples along an axis for which noise is estimated.
 const FEWEST: usize = 8;
-/// Number of lines examined along each of the two other axes.
+/// Number of lines along an axis that are examined, along each of the two other axes.
 const LINES: usize = 24;
 
 /// Fractions of the derivatives of n² (root mean squares over the grid) that are noise, at most 1.

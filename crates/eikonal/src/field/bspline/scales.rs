@@ -10,7 +10,8 @@ use glam::DVec3;
 /// Number of cells between nodes along each axis.
 const EDGE: usize = 8;
 
-/// Smallest ratio of hidden to visible roughness that matters.
+/// Smallest ratio of hidden to visible roughness at which the hidden roughness is taken into
+/// account.
 const NOTICEABLE: f64 = 0.5;
 
 /// Ratio of a coefficient to its sample below which the sample replaces it.

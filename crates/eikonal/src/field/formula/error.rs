@@ -16,7 +16,7 @@ pub struct FormulaError {
 /// Kinds of errors in a formula.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum FormulaErrorKind {
-    /// A character that has no meaning here.
+    /// A character that has no meaning in formulas.
     #[error("unexpected character '{0}' in the formula")]
     Character(char),
     /// Digits that do not form a number.
@@ -30,7 +30,7 @@ pub enum FormulaErrorKind {
     Unexpected {
         /// Expected token.
         expected: &'static str,
-        /// Token found instead.
+        /// Token in the formula.
         found: String,
     },
     /// An unknown name.
@@ -41,7 +41,7 @@ pub enum FormulaErrorKind {
     NotSmooth {
         /// Name of the function.
         name: String,
-        /// Advice on what to use instead.
+        /// Advice on a smooth replacement.
         instead: &'static str,
     },
     /// A function without arguments in parentheses.
@@ -57,7 +57,7 @@ pub enum FormulaErrorKind {
         name: String,
         /// Number of arguments that the function takes.
         expected: usize,
-        /// Number of arguments found.
+        /// Number of arguments in the formula.
         found: usize,
     },
     /// A constant part without a finite value.
