@@ -11,7 +11,7 @@ pub enum Stopped {
     Interrupted,
     /// The time limit was reached.
     Time,
-    /// The error was small enough.
+    /// The run reached its target error.
     Target,
 }
 

@@ -66,7 +66,7 @@ pub struct Header {
 pub enum Body {
     /// Samples of an image.
     Image(Box<State>),
-    /// Particles seen by meters.
+    /// Particles of a measurement.
     Meters(Box<MeasureState>),
 }
 
@@ -276,7 +276,7 @@ pub fn checksum(contents: &[u8]) -> [u8; HASH] {
 pub enum BodyRef<'a> {
     /// Samples of an image.
     Image(&'a State),
-    /// Particles seen by meters.
+    /// Particles of a measurement.
     Meters(&'a MeasureState),
 }
 

@@ -25,7 +25,7 @@ pub(super) struct Place {
     pub member: u8,
 }
 
-/// Place of each label of a volume.
+/// Part of each label of a volume, and the label's number within the part.
 pub(super) type Places = BTreeMap<u32, Place>;
 
 /// Volume divided into parts, numbered from 1.

@@ -93,7 +93,7 @@ pub(super) struct Samples {
     pub bending: bool,
     /// Sampler that is asked for.
     pub request: SamplerRequest,
-    /// Warning that the scene's sampler is not available and another one is used.
+    /// Warning that another sampler is used because the scene's sampler is not available.
     pub unlike: Option<Diagnostic>,
     /// True if noisy pixels get more samples.
     pub adaptive: bool,

@@ -68,9 +68,9 @@ impl Squares {
 enum Content {
     /// Means, of a separate layer of light or of all light.
     Mean(Option<usize>),
-    /// Variances of these means.
+    /// Variances of the means of a layer or of all light.
     Variance(Option<usize>),
-    /// Flags: 1 where these variances are unreliable, otherwise 0.
+    /// Flags: 1 where the variances of a layer or of all light are unreliable, otherwise 0.
     Few(Option<usize>),
     /// Number of samples.
     Samples,

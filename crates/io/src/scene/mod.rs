@@ -60,7 +60,7 @@ pub struct ObjectDescription {
     pub children: Vec<Child>,
     /// Place of the object: its tag.
     pub location: Location,
-    /// Position of the object's `type` in the file.
+    /// Position of the object's `type` in the source.
     pub plugin_location: Location,
 }
 
@@ -94,9 +94,9 @@ pub struct Property {
     pub name: String,
     /// Value.
     pub value: Value,
-    /// Place of the name.
+    /// Position of the name in the source.
     pub name_location: Location,
-    /// Place of the value.
+    /// Position of the value in the source.
     pub location: Location,
 }
 

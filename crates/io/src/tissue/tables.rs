@@ -1,6 +1,6 @@
 //! Absorption of blood and water by wavelength.
 
-/// Range of wavelengths of both tables, in nm.
+/// Range of wavelengths of the tables of haemoglobin and water, in nm.
 pub(super) const RANGE: [f64; 2] = [400.0, 1000.0];
 
 /// Decadic molar extinction coefficients of oxygenated and deoxygenated haemoglobin in 1/cm per

@@ -73,7 +73,8 @@ pub(super) struct SurfacePoint {
 /// A rectangular element.
 struct Element {
     middle: DVec3,
-    /// Unit vectors along its sides.
+    /// Unit vector along the first side of the element; `across` is the unit vector along the
+    /// second side.
     along: DVec3,
     across: DVec3,
 }

@@ -71,7 +71,7 @@ pub enum TransducerError {
         /// Number of samples along the axis.
         samples: usize,
     },
-    /// More work than half a minute of a processor core.
+    /// More work than half a minute on one CPU core.
     #[error(
         "too much work: the sound of {points} points of the transducer at {places} places; shrink the box of the sound, or the transducer"
     )]

@@ -40,7 +40,7 @@ pub struct Transducer {
 pub struct Places {
     /// Number of points along each step.
     pub size: [usize; 3],
-    /// First point.
+    /// Position of the first point.
     pub first: DVec3,
     /// Steps between neighbouring points along the grid's three axes, perpendicular to each other.
     pub steps: [DVec3; 3],

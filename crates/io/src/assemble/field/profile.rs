@@ -53,7 +53,7 @@ fn coordinate(q: &mut Query) -> Option<Coordinate> {
         .map(|(_, coordinate)| coordinate)
 }
 
-/// Reads the pairs of the table from one of the parameters that may give it.
+/// Reads the pairs of the table from the parameter `table`, `data` or `filename`.
 fn samples(q: &mut Query, files: &mut FileRegistry) -> Option<Vec<[f64; 2]>> {
     let given = ["table", "data", "filename"].map(|name| q.has(name));
     match given {

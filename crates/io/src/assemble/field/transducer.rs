@@ -45,7 +45,7 @@ struct Description {
     place: DAffine3,
     /// Lower corner of the box in which the sound is computed, in the field's coordinates.
     low: DVec3,
-    /// Upper corner of this box.
+    /// Upper corner of the box in which the sound is computed, in the field's coordinates.
     high: DVec3,
     spacing: f64,
     n0: f64,

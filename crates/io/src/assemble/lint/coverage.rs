@@ -124,7 +124,7 @@ fn from_emitter(walls: &Walls, subject: Subject, kind: &str) -> Vec<SceneProblem
 /// connections cannot be trusted.
 const SELDOM: f64 = 1e-3;
 
-/// Returns a warning about a fibre with cones so narrow that connections hardly ever contribute.
+/// Returns a warning about a fibre with cones so narrow that connections rarely contribute.
 fn narrow(scene: &Scene, subject: Subject, emitter: &Emitter) -> Option<SceneProblem> {
     let Emitter::Fiber(fiber) = emitter else {
         return None;

@@ -6,8 +6,8 @@ use transport::scene::{ProblemSeverity, Scene, SceneProblem, Subject};
 /// Optical thickness of a medium above which its unit is probably wrong. The densest ordinary media
 /// (milk, paint) in scenes of decimetres in millimetres stay below 1e4.
 const MOST: f64 = 1e5;
-/// Optical thickness of the whole scene, filled with a medium, below which no light of the medium is
-/// visible beside the noise.
+/// Optical thickness of the whole scene, filled with a medium, below which the light from the
+/// medium is below the noise.
 const LEAST: f64 = 1e-5;
 
 /// Returns a warning for each uniform medium that is practically opaque, or invisible even if it

@@ -1,5 +1,4 @@
-//! Check for paths that hardly ever end, in a medium that is too dense to leave and absorbs almost
-//! nothing.
+//! Check for very long paths, in a medium that is too dense to leave and absorbs almost no light.
 
 use crate::diagnostic::lints;
 use transport::integrator::Integrator;

@@ -16,7 +16,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use transport::shape::{Mesh, Shape, ShapeError};
 
-/// Maximum number of triangles in all copies together. They take some ten gigabytes of memory.
+/// Maximum number of triangles in all copies together. They take about ten gigabytes of memory.
 const MOST_COPIED: usize = 100_000_000;
 
 /// Builds the mesh that a shape names, at its position; `None` if its file cannot be read
