@@ -42,7 +42,7 @@ pub enum Problem {
     WrongFormat {
         /// Name of the expected format.
         format: &'static str,
-        /// Reason for this conclusion.
+        /// Reason why the content has another format.
         reason: String,
     },
     /// The file is valid, but has a feature that this program does not support.

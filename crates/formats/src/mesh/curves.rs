@@ -57,9 +57,9 @@ impl Fineness {
 
 /// Maximum number of pieces that are divided finely.
 const MOST_FINE: usize = 10_000;
-/// Maximum memory for a control point while its piece is made, in bytes.
+/// Maximum memory for the triangles of a control point's piece, in bytes.
 const POINT: u64 = 2_000;
-/// Minimum number of control points of a piece of each kind.
+/// Minimum number of control points of a spline; `LINE` is the minimum for straight pieces.
 const SPLINE: usize = 4;
 const LINE: usize = 2;
 
