@@ -57,7 +57,7 @@ impl Fineness {
 
 /// Maximum number of pieces that are divided finely.
 const MOST_FINE: usize = 10_000;
-/// Maximum memory for the triangles of a control point's piece, in bytes.
+/// Maximum memory per control point while the pieces of a curve are made, in bytes.
 const POINT: u64 = 2_000;
 /// Minimum number of control points of a spline; `LINE` is the minimum for straight pieces.
 const SPLINE: usize = 4;
