@@ -2,6 +2,7 @@
 //! to.
 
 use super::Scene;
+use super::group::EmitterChoice;
 use super::light_bounds::Receiver;
 use super::parts::{MediumId, Parts};
 use crate::Spectrum;
@@ -44,13 +45,17 @@ impl Scene {
         self.lights.has_image(class)
     }
 
-    /// Chooses an emitter of a class to connect a receiver to. The class must have emitters.
-    /// Returns the index of the emitter and the probability of the choice.
-    pub(crate) fn choose_emitter(&self, class: Class, receiver: &Receiver, u: f64) -> (usize, f64) {
-        self.lights.choose(class, self.emitters(), receiver, u)
+    /// Returns the choice of an emitter of a class to connect a receiver to. The class must have
+    /// emitters.
+    pub(crate) fn emitter_choice<'a>(
+        &'a self,
+        class: Class,
+        receiver: &'a Receiver,
+    ) -> EmitterChoice<'a> {
+        self.lights.choice(class, self.emitters(), receiver)
     }
 
-    /// Returns the probability that [`Scene::choose_emitter`] chooses `emitter` within its class.
+    /// Returns the probability that [`Scene::emitter_choice`] chooses `emitter` within its class.
     pub(crate) fn emitter_probability(&self, emitter: usize, receiver: &Receiver) -> f64 {
         self.lights.probability(emitter, self.emitters(), receiver)
     }

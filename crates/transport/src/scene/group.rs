@@ -13,6 +13,8 @@ use super::light_bounds::{LightBounds, Receiver};
 use crate::emitter::Emitter;
 use eikonal::Aabb;
 use glam::DVec3;
+use smallvec::SmallVec;
+use std::cell::RefCell;
 use std::ops::Range;
 
 /// Fraction of uniform choices.
@@ -124,16 +126,55 @@ impl Group {
     }
 }
 
-/// A group with the receiver of its light.
-pub(super) struct Seen<'a> {
-    pub group: &'a Group,
-    pub emitters: &'a [Emitter],
-    pub receiver: &'a Receiver<'a>,
+/// Choice among the emitters of a group, for a receiver of their light.
+pub(crate) struct EmitterChoice<'a> {
+    group: &'a Group,
+    emitters: &'a [Emitter],
+    receiver: &'a Receiver<'a>,
+    /// Leaf whose members were weighed last, and their weights.
+    last: RefCell<Option<(usize, LeafWeights)>>,
 }
 
-impl Seen<'_> {
+/// Estimated contributions of the members of a leaf.
+struct LeafWeights {
+    guesses: SmallVec<[f64; BUCKET]>,
+    total: f64,
+}
+
+impl LeafWeights {
+    /// Returns the position of the member that a uniform number chooses.
+    fn choose(&self, u: f64) -> usize {
+        let mut left = u * self.total;
+        let passes = |guess: &f64| {
+            left -= guess;
+            left < 0.0
+        };
+        let last = self.guesses.len() - 1;
+        self.guesses.iter().position(passes).unwrap_or(last)
+    }
+
+    /// Returns the probability with which [`LeafWeights::choose`] returns `place`.
+    fn probability(&self, place: usize) -> f64 {
+        if self.total > 0.0 {
+            self.guesses[place] / self.total
+        } else {
+            f64::from(u8::from(place == self.guesses.len() - 1))
+        }
+    }
+}
+
+impl<'a> EmitterChoice<'a> {
+    pub(super) fn new(group: &'a Group, emitters: &'a [Emitter], receiver: &'a Receiver) -> Self {
+        EmitterChoice {
+            group,
+            emitters,
+            receiver,
+            last: RefCell::new(None),
+        }
+    }
+
     /// Returns the emitter that a uniform number chooses, and the probability of the choice.
-    pub(super) fn choose(&self, u: f64) -> (usize, f64) {
+    pub(crate) fn choose(&self, u: f64) -> (usize, f64) {
         let members = &self.group.members;
         if let [only] = &members[..] {
             return (only.emitter, 1.0);
@@ -147,7 +188,7 @@ impl Seen<'_> {
         (members[member].emitter, self.probability(member))
     }
 
-    /// Returns the probability with which [`Seen::choose`] chooses a member.
+    /// Returns the probability with which [`EmitterChoice::choose`] chooses a member.
     pub(super) fn probability(&self, member: usize) -> f64 {
         match self.group.members.len() {
             1 => 1.0,
@@ -161,15 +202,31 @@ impl Seen<'_> {
         member.bounds.guess(emitter, self.receiver)
     }
 
-    fn total(&self, range: &Range<usize>) -> f64 {
-        range.clone().map(|m| self.guess(m)).sum()
+    fn weights(&self, members: &Range<usize>) -> LeafWeights {
+        let guesses: SmallVec<_> = members.clone().map(|m| self.guess(m)).collect();
+        let total = guesses.iter().sum();
+        LeafWeights { guesses, total }
+    }
+
+    /// Returns a result from the weights of a leaf with these members. The weights of the last leaf
+    /// are stored.
+    fn from_weights<T>(
+        &self,
+        leaf: usize,
+        members: &Range<usize>,
+        result: impl FnOnce(&LeafWeights) -> T,
+    ) -> T {
+        let mut last = self.last.borrow_mut();
+        let stored = last.take().filter(|(of, _)| *of == leaf);
+        let (_, weights) = last.insert(stored.unwrap_or_else(|| (leaf, self.weights(members))));
+        result(weights)
     }
 
     fn weight(&self, node: usize) -> f64 {
         let node = &self.group.nodes[node];
         match (node.ball, &node.content) {
             (Some((center, radius)), _) => node.strength * self.receiver.near(center, radius),
-            (None, Content::Leaf(range)) => self.total(range),
+            (None, Content::Leaf(range)) => self.weights(range).total,
             (None, Content::Inner(_)) => 0.0,
         }
     }
@@ -192,26 +249,20 @@ impl Seen<'_> {
                     at = children[usize::from(second)];
                 }
                 Content::Leaf(range) => {
-                    let mut left = u * self.total(range);
-                    let passes = |m: &usize| {
-                        left -= self.guess(*m);
-                        left < 0.0
-                    };
-                    return range.clone().find(passes).unwrap_or(range.end - 1);
+                    return range.start + self.from_weights(at, range, |w| w.choose(u));
                 }
             }
         }
     }
 
-    /// Returns the probability with which [`Seen::descend`] chooses a member.
+    /// Returns the probability with which [`EmitterChoice::descend`] chooses a member.
     fn of_descent(&self, member: usize) -> f64 {
         let nodes = &self.group.nodes;
         let mut at = self.group.members[member].leaf;
         let mut p = match &nodes[at].content {
-            Content::Leaf(range) => match self.total(range) {
-                total if total > 0.0 => self.guess(member) / total,
-                _ => f64::from(u8::from(member == range.end - 1)),
-            },
+            Content::Leaf(range) => {
+                self.from_weights(at, range, |w| w.probability(member - range.start))
+            }
             Content::Inner(_) => 0.0,
         };
         while at != 0 {
@@ -283,21 +334,17 @@ mod tests {
             Receiver::Segment { from, to: from },
         ];
         for receiver in &receivers {
-            let seen = Seen {
-                group: &group,
-                emitters: &emitters,
-                receiver,
-            };
+            let choice = EmitterChoice::new(&group, &emitters, receiver);
             let mut counts = vec![0.0; emitters.len()];
             let n = 100_000;
             for i in 0..n {
-                let (emitter, probability) = seen.choose((i as f64 + 0.5) / n as f64);
+                let (emitter, probability) = choice.choose((i as f64 + 0.5) / n as f64);
                 assert!(probability > 0.0);
                 counts[emitter] += 1.0 / n as f64;
             }
             let mut sum = 0.0;
             for (place, member) in group.members.iter().enumerate() {
-                let probability = seen.probability(place);
+                let probability = choice.probability(place);
                 sum += probability;
                 let count = counts[member.emitter];
                 let error = (count - probability).abs();
@@ -317,14 +364,10 @@ mod tests {
             normal: DVec3::X,
             opaque: true,
         };
-        let seen = Seen {
-            group: &group,
-            emitters: &emitters,
-            receiver: &receiver,
-        };
+        let choice = EmitterChoice::new(&group, &emitters, &receiver);
         let of = |emitter| {
             let place = group.members.iter().position(|m| m.emitter == emitter);
-            seen.probability(place.unwrap())
+            choice.probability(place.unwrap())
         };
         // Emitter 10 is behind, 31 is at the left edge of the front side, and 59 is far away.
         assert!(of(10) < 0.01 && of(59) < 0.01, "{} {}", of(10), of(59));

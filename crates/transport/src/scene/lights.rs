@@ -1,6 +1,6 @@
 //! Choice of the emitters to which connections lead, and from which light subpaths start.
 
-use super::group::{FLOOR, Group, Seen};
+use super::group::{EmitterChoice, FLOOR, Group};
 use super::light_bounds::{LightBounds, Receiver};
 use super::parts::Parts;
 use crate::emitter::{Class, Emitter, Surroundings};
@@ -58,38 +58,25 @@ impl Lights {
         self.images[class as usize]
     }
 
-    /// Chooses an emitter of a class that has some. Returns the emitter and the probability of the
-    /// choice.
-    pub(super) fn choose(
-        &self,
+    /// Returns the choice among the emitters of a class that has some, for a receiver.
+    pub(super) fn choice<'a>(
+        &'a self,
         class: Class,
-        emitters: &[Emitter],
-        receiver: &Receiver,
-        u: f64,
-    ) -> (usize, f64) {
-        let group = &self.groups[class as usize];
-        Seen {
-            group,
-            emitters,
-            receiver,
-        }
-        .choose(u)
+        emitters: &'a [Emitter],
+        receiver: &'a Receiver,
+    ) -> EmitterChoice<'a> {
+        EmitterChoice::new(&self.groups[class as usize], emitters, receiver)
     }
 
-    /// Returns the probability with which [`Lights::choose`] chooses an emitter within its class.
+    /// Returns the probability with which [`Lights::choice`] chooses an emitter within its class.
     pub(super) fn probability(
         &self,
         emitter: usize,
         emitters: &[Emitter],
         receiver: &Receiver,
     ) -> f64 {
-        let group = &self.groups[emitters[emitter].class() as usize];
-        Seen {
-            group,
-            emitters,
-            receiver,
-        }
-        .probability(self.places[emitter])
+        let choice = self.choice(emitters[emitter].class(), emitters, receiver);
+        choice.probability(self.places[emitter])
     }
 
     /// Returns the distribution of the emitters from which light subpaths start.

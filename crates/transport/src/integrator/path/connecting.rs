@@ -99,7 +99,8 @@ impl<L: PathLog> Tracing<'_, L> {
         let choice = self.sampler.next_1d_for(Purpose::AroundEmitter);
         let u = self.sampler.next_1d_for(Purpose::Around);
         // Choose a point emitter by an estimate of ∫ ds/r² along the edge.
-        let (index, probability) = scene.choose_emitter(Class::Delta, &along(edge), choice);
+        let line = along(edge);
+        let (index, probability) = scene.emitter_choice(Class::Delta, &line).choose(choice);
         // Choose a point of the emitter, if there are several, with equal density for every vertex.
         let many = scene.emitters()[index].has_many_points();
         let sampled_end = many.then(|| self.place(index));

@@ -9,7 +9,7 @@ use crate::connection_end::{ConnectionEnd, EndSample, OnSurface};
 use crate::emitter::Class;
 use crate::path::segment::Vertex;
 use crate::sampling::{R2_STEPS, Sampler};
-use crate::scene::{Receiver, Scene};
+use crate::scene::{EmitterChoice, Receiver, Scene};
 use crate::stats::Stats;
 use smallvec::SmallVec;
 
@@ -98,15 +98,16 @@ impl EndChoice<'_> {
             candidates,
             samples,
         } = Resampling::of(self.scene, self.class, self.vertex);
+        let emitters = self.scene.emitter_choice(self.class, self.receiver);
         if candidates == 1 {
-            return Some(self.candidate(u, place));
+            return Some(self.candidate(&emitters, u, place));
         }
         stats.connections.candidates += candidates as u64;
         let emitter = sampler.next_1d();
         let candidate = |k: usize| {
             let shifted = |axis: usize| (place[axis] + k as f64 * SHIFT[axis]).fract();
             let emitter = (emitter + k as f64 / candidates as f64).fract();
-            self.candidate(emitter, [shifted(0), shifted(1)])
+            self.candidate(&emitters, emitter, [shifted(0), shifted(1)])
         };
         let ends: SmallVec<[EmitterEnd; 4]> = (0..candidates).map(candidate).collect();
         let guesses: SmallVec<[f64; 4]> = ends.iter().map(|e| self.guess(e, samples)).collect();
@@ -123,9 +124,9 @@ impl EndChoice<'_> {
     }
 
     /// Samples one candidate from random numbers for the emitter and the position on it.
-    fn candidate(&self, u: f64, place: [f64; 2]) -> EmitterEnd {
+    fn candidate(&self, emitters: &EmitterChoice, u: f64, place: [f64; 2]) -> EmitterEnd {
         let scene = self.scene;
-        let (emitter, probability) = scene.choose_emitter(self.class, self.receiver, u);
+        let (emitter, probability) = emitters.choose(u);
         let shape = |object: usize| &scene.objects()[object].shape;
         EmitterEnd {
             emitter,
