@@ -5,7 +5,7 @@ use crate::shape::Meeting;
 use crate::shape::sweep::Sweep;
 use eikonal::ray::Arc;
 use eikonal::ray::bernstein::{evaluate, first_root, height, split};
-use glam::DVec3;
+use glam::{DVec3, Vec3Swizzles};
 
 /// Largest deviation of a piece of an arc from its chord, as a fraction of half the size of the
 /// mesh. A piece that deviates more is halved before traversal.
@@ -208,43 +208,55 @@ impl Piece {
     }
 }
 
+/// Rotates the coordinates of a vector so that `axis` becomes z.
+#[inline]
+fn rotated(v: DVec3, axis: usize) -> DVec3 {
+    match axis {
+        0 => v.yzx(),
+        1 => v.zxy(),
+        _ => v,
+    }
+}
+
 /// Line prepared for watertight intersection tests (S. Woop, C. Benthin and I. Wald, "Watertight
 /// Ray/Triangle Intersection", JCGT 2(1), 2013). Coordinates are sheared so that the line becomes
 /// an axis. Two triangles with a common edge compute with equal numbers on which side of the edge
 /// the line passes. The line therefore hits at least one of them.
 pub(super) struct Line {
-    /// Origin, in the order of `axes`.
-    origin: [f64; 3],
-    axes: [usize; 3],
+    /// Origin, rotated so that the line advances most along z.
+    origin: DVec3,
+    /// Axis along which the line advances most.
+    axis: usize,
     shear: DVec3,
 }
 
 impl Line {
     pub(super) fn new(origin: DVec3, d: DVec3) -> Self {
-        let z = d.abs().max_position();
-        let axes = [(z + 1) % 3, (z + 2) % 3, z];
+        let axis = d.abs().max_position();
+        let [origin, d] = [origin, d].map(|v| rotated(v, axis));
         Line {
-            origin: axes.map(|axis| origin[axis]),
-            axes,
-            shear: DVec3::new(d[axes[0]], d[axes[1]], 1.0) / d[z],
+            origin,
+            axis,
+            shear: DVec3::new(d.x, d.y, 1.0) / d.z,
         }
     }
 
     /// Returns twice the projected areas that the line spans with the three sides, and the
     /// parameters of the corners along the line. The parameters are in units of the vector from
     /// which the line was made.
+    #[inline]
     pub(super) fn project(&self, t: [DVec3; 3]) -> ([f64; 3], [f64; 3]) {
         let s = self.shear;
         let [a, b, c] = t.map(|p| {
-            let p: &[f64; 3] = p.as_ref();
-            let [x, y, z] = [0, 1, 2].map(|k| p[self.axes[k]] - self.origin[k]);
-            (x - s.x * z, y - s.y * z, s.z * z)
+            let p = rotated(p, self.axis) - self.origin;
+            (p.x - s.x * p.z, p.y - s.y * p.z, s.z * p.z)
         });
         let side = |p: (f64, f64, f64), q: (f64, f64, f64)| p.0 * q.1 - p.1 * q.0;
         ([side(c, b), side(a, c), side(b, a)], [a.2, b.2, c.2])
     }
 
     /// Returns the parameter and the barycentric coordinates of the crossing.
+    #[inline]
     fn meet(&self, t: [DVec3; 3]) -> Option<(f64, [f64; 3])> {
         let (e, z) = self.project(t);
         if e.iter().any(|x| *x < 0.0) && e.iter().any(|x| *x > 0.0) {
