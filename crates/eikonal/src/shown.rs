@@ -4,7 +4,7 @@ use glam::DVec3;
 use std::fmt;
 
 /// Magnitudes that are short when written with all digits.
-const SHORT: std::ops::Range<f64> = 1e-5..1e16;
+const DECIMAL_MAGNITUDES: std::ops::Range<f64> = 1e-5..1e16;
 
 /// Displays a number, or the components of a vector, with all its digits, and with an exponent
 /// where it would otherwise need hundreds of zeros.
@@ -21,7 +21,7 @@ impl Shown<f64> {
 impl fmt::Display for Shown<f64> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let v = self.0;
-        if v == 0.0 || !v.is_finite() || SHORT.contains(&v.abs()) {
+        if v == 0.0 || !v.is_finite() || DECIMAL_MAGNITUDES.contains(&v.abs()) {
             write!(f, "{v}")
         } else {
             write!(f, "{v:e}")

@@ -19,7 +19,7 @@ const POSITIONS: usize = 4096;
 /// Samples along an edge of a grid that is too large for the caches.
 const LARGE: usize = 384;
 /// Number of positions, so large that the caches do not hold the coefficients that they touch.
-const MANY: usize = 1 << 17;
+const POINTS: usize = 1 << 17;
 const ROUNDS: usize = 41;
 
 pub fn run() {
@@ -50,11 +50,11 @@ pub fn run() {
 fn large(rng: &mut Rng) {
     let grid = bump_grid(LARGE);
     let spacing = 2.0 / (LARGE - 1) as f64;
-    let places: Vec<_> = (0..MANY).map(|_| in_ball(rng, 1.0)).collect();
+    let places: Vec<_> = (0..POINTS).map(|_| in_ball(rng, 1.0)).collect();
     row("grid 384³, random places", &grid, &places);
     for steps in [0.3, 1.0, 4.0] {
         let mut places = Vec::new();
-        while places.len() < MANY {
+        while places.len() < POINTS {
             let (start, toward) = (in_ball(rng, 1.0), in_ball(rng, 1.0).normalize());
             let line = (0..).map(|i| start + toward * (steps * spacing * i as f64));
             places.extend(line.take_while(|x| x.length() < 1.0));

@@ -16,7 +16,7 @@ pub struct Plain {
 }
 
 /// Maximum number of rays traced for one connection.
-const MOST_SHOTS: usize = 20;
+const MAX_SHOTS: usize = 20;
 
 /// Position and velocity of a ray, and of its two tangents.
 #[derive(Clone, Copy)]
@@ -30,7 +30,7 @@ impl Plain {
     pub fn connect(&self, field: &Field, [x, y]: [DVec3; 2], effort: &mut Effort) -> Option<DVec3> {
         let n = field.n(x);
         let (mut direction, mut sigma) = ((y - x).normalize(), x.distance(y) / n);
-        for _ in 0..MOST_SHOTS {
+        for _ in 0..MAX_SHOTS {
             let [t1, t2] = perpendicular_basis(direction);
             let start = State {
                 x: [x, DVec3::ZERO, DVec3::ZERO],

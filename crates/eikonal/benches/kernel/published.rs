@@ -25,7 +25,7 @@ pub struct Method {
 }
 
 /// Maximum number of rays traced in one minimisation.
-const MOST_SHOTS: u64 = 60;
+const MAX_SHOTS: u64 = 60;
 
 impl Method {
     /// Minimises the miss from a start direction. Returns the final direction if the ray then
@@ -39,7 +39,7 @@ impl Method {
     ) -> Option<DVec3> {
         let goal = (self.tolerance * x.distance(y)).powi(2);
         let basis = perpendicular_basis(direction);
-        let most = effort.shots + MOST_SHOTS;
+        let most = effort.shots + MAX_SHOTS;
         let mut shoot = |at: DVec2| self.miss(field, [x, y], (direction, basis), at, effort);
         let (mut at, mut inverse) = (DVec2::ZERO, DMat2::IDENTITY);
         let (mut cost, mut slope, mut shots) = shoot(at);

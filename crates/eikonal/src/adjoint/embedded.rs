@@ -9,7 +9,7 @@ use crate::ray::Arc;
 use glam::DMat3;
 
 /// Distance from the faces at which rays start, in units of the box's diagonal.
-const EPSILON: f64 = 1e-12;
+const RAY_EPSILON: f64 = 1e-12;
 
 /// A field in a box, surrounded by a constant index. The faces are index-matched by declaration:
 /// rays keep their direction there.
@@ -68,6 +68,6 @@ impl World for Embedded<'_> {
     }
 
     fn ray_epsilon(&self) -> f64 {
-        EPSILON * self.region.diagonal()
+        RAY_EPSILON * self.region.diagonal()
     }
 }

@@ -10,9 +10,9 @@ use glam::DVec3;
 
 /// Longest step in units of the field's resolved span, as for whole rays: every coefficient of the
 /// field has an effect.
-const PER_RESOLVED_SPAN: f64 = 1.5;
+const MAX_STEP_PER_RESOLVED_SPAN: f64 = 1.5;
 /// Maximum number of corrections of a last step; each squares the error.
-const CORRECTIONS: usize = 3;
+const MAX_CORRECTIONS: usize = 3;
 
 /// Arc length ∫n dσ, summed over the kicks of the scheme.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -131,7 +131,7 @@ impl Flight {
                 return Ok((FlightPoint::of(&at), None));
             }
             let resolved = if limits.resolved && !is_line {
-                PER_RESOLVED_SPAN * field.resolved_span(at.x, at.v)
+                MAX_STEP_PER_RESOLVED_SPAN * field.resolved_span(at.x, at.v)
             } else {
                 f64::INFINITY
             };
@@ -165,7 +165,7 @@ impl Flight {
         let is_line = is_line(field, resolved, [self.nodes[0].x, self.nodes[0].v]);
         let mut h = (length - start.variation.0) / start.n2.sqrt();
         let mut node = advanced(field, is_line, start, h);
-        for _ in 0..CORRECTIONS {
+        for _ in 0..MAX_CORRECTIONS {
             let missing = (length - node.variation.0) / node.n2.sqrt();
             if missing.abs() <= f64::EPSILON * h {
                 break;
@@ -202,7 +202,7 @@ fn reach<M>(
 ) -> (Node<ArcLength>, f64) {
     let mut h = met.theta * step.arc.h();
     let mut node = advanced(field, is_line, &step.start, h);
-    for _ in 0..CORRECTIONS {
+    for _ in 0..MAX_CORRECTIONS {
         let missing = met.normal.dot(met.position - node.x) / met.normal.dot(node.v);
         if missing.abs() <= f64::EPSILON * h {
             break;

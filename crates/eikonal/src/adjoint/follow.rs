@@ -11,9 +11,9 @@ use glam::DVec3;
 
 /// Longest step, in units of the span that grids resolve (two cells). Six kicks then see three
 /// cells, so that every coefficient has an effect, however weak a field is.
-const PER_RESOLVED_SPAN: f64 = 1.5;
+const MAX_STEP_PER_RESOLVED_SPAN: f64 = 1.5;
 /// Maximum number of corrections of the last step before a surface; each squares the error.
-const CORRECTIONS: usize = 3;
+const MAX_CORRECTIONS: usize = 3;
 
 /// Start of a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -187,7 +187,7 @@ impl<'w, W: World> AdjointRay<'w, W> {
             if self.spans.len() > STEPS_PER_RAY {
                 return Err(RayFailure::OverBudget);
             }
-            let limit = left.min(PER_RESOLVED_SPAN * field.resolved_span(at.x, at.v));
+            let limit = left.min(MAX_STEP_PER_RESOLVED_SPAN * field.resolved_span(at.x, at.v));
             let mut step = flow.advance(limit, &mut self.work);
             if let Some((end, h, met)) = self.met(leg.region, field, &step) {
                 self.spans.push(h);
@@ -226,7 +226,7 @@ impl<'w, W: World> AdjointRay<'w, W> {
         // Correct the span until the end lies on the surface.
         let mut h = theta * step.arc.h();
         let mut node = step.start.advanced(field, h);
-        for _ in 0..CORRECTIONS {
+        for _ in 0..MAX_CORRECTIONS {
             let missing = normal.dot(position - node.x) / normal.dot(node.v);
             if missing.abs() <= f64::EPSILON * h {
                 break;

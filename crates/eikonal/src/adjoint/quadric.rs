@@ -8,7 +8,7 @@ use crate::ray::bernstein::{first_root, height, product};
 use glam::{DMat3, DVec3};
 
 /// Maximum number of roots of a polynomial of degree ten.
-const MOST_ROOTS: usize = 10;
+const MAX_ROOTS: usize = 10;
 
 /// Zero set of F = α|d|² + βz² + γz + δ, with d = x − `point` and z = `axis`·d: planes, spheres,
 /// cylinders, conics of revolution. If γ is not zero, only the sheet through `point` counts, on
@@ -54,7 +54,7 @@ impl Quadric {
             alpha * d2 + beta * z2[i] + gamma * z[i] + delta
         });
         let mut from = 0.0;
-        for _ in 0..MOST_ROOTS {
+        for _ in 0..MAX_ROOTS {
             let theta = first_root(&f, from, 1.0, [0.0; 2])?;
             if self.holds(arc.position(theta)) {
                 return Some(theta);

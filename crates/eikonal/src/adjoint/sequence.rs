@@ -9,7 +9,7 @@ use crate::interface::Rule;
 use crate::ray::Arc;
 
 /// Distance from a surface at which rays start, in units of the largest extent of all surfaces.
-const EPSILON: f64 = 1e-12;
+const RAY_EPSILON: f64 = 1e-12;
 
 /// An element of a [`Sequence`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,7 +56,7 @@ impl<'a> Sequence<'a> {
             elements,
             media,
             numbers,
-            ray_epsilon: EPSILON * extent.fold(f64::MIN_POSITIVE, f64::max),
+            ray_epsilon: RAY_EPSILON * extent.fold(f64::MIN_POSITIVE, f64::max),
         })
     }
 

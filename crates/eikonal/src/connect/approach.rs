@@ -10,7 +10,7 @@ use glam::DVec3;
 
 /// Smallest tolerance of rays that only yield initial guesses. Newton's method corrects their
 /// errors.
-const SCOUT: f64 = 1e-4;
+const MIN_GUESS_TOLERANCE: f64 = 1e-4;
 
 impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     /// Returns an initial guess at a closest approach to `y` of the ray of a family, and the unit
@@ -52,7 +52,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
 
     /// Returns the tolerance of rays traced to find initial guesses.
     pub(super) fn scouting(&self) -> Tolerance {
-        Tolerance::new(self.tolerance().get().max(SCOUT))
+        Tolerance::new(self.tolerance().get().max(MIN_GUESS_TOLERANCE))
     }
 }
 

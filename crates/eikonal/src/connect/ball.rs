@@ -26,13 +26,13 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Smallest angle between two directions that defines their common plane, in radians. At smaller
 /// angles round-off would determine the plane.
-const ALIGNED: f64 = 1e-9;
+const MIN_PLANE_ANGLE: f64 = 1e-9;
 /// Size of the Newton step, in radians, below which the iteration stops.
-const SETTLED: f64 = 1e-6;
+const MAX_LAST_STEP: f64 = 1e-6;
 /// Round-off of angles, in radians.
 const ROUND_OFF: f64 = 1e-12;
 /// Maximum number of iterations; more than even a double root needs.
-const ROUNDS: usize = 60;
+const MAX_ITERATIONS: usize = 60;
 
 /// A ball of constant index in surroundings of constant index.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -115,7 +115,7 @@ impl Ball {
 /// vectors.
 pub(super) fn across(axis: DVec3, toward: DVec3) -> DVec3 {
     let across = toward - axis * axis.dot(toward);
-    if across.length() > ALIGNED {
+    if across.length() > MIN_PLANE_ANGLE {
         across.normalize()
     } else {
         perpendicular_basis(axis)[0]
@@ -151,7 +151,7 @@ impl Turn {
             return None;
         }
         let mut t = high * (goal / top).min(1.0);
-        for _ in 0..ROUNDS {
+        for _ in 0..MAX_ITERATIONS {
             let (value, slope) = self.at(t);
             if value < goal {
                 low = t;
@@ -166,7 +166,7 @@ impl Turn {
             };
             let change = (next - t).abs();
             t = next;
-            if change < SETTLED {
+            if change < MAX_LAST_STEP {
                 break;
             }
         }
@@ -180,18 +180,18 @@ impl Turn {
     fn climb(&self, end: f64, goal: f64) -> Option<f64> {
         let inward = if end > 0.0 { -1.0 } else { 1.0 };
         let mut t = end;
-        for _ in 0..ROUNDS {
+        for _ in 0..MAX_ITERATIONS {
             let (value, slope) = self.at(t);
             let step = (goal - value) / slope;
             let forth = step * inward;
-            if forth.is_nan() || forth < -SETTLED || slope * inward <= 0.0 {
+            if forth.is_nan() || forth < -MAX_LAST_STEP || slope * inward <= 0.0 {
                 return None;
             }
             t += step;
             if !(0.0..=FRAC_PI_2).contains(&t) {
                 return None;
             }
-            if forth < SETTLED {
+            if forth < MAX_LAST_STEP {
                 return Some(t);
             }
         }

@@ -16,9 +16,9 @@ use glam::DVec3;
 
 /// Accuracy of a guess, in units of the tolerance: the largest change of its initial direction by a
 /// further round.
-const ENOUGH: f64 = 3.0;
+const GUESS_ACCURACY: f64 = 3.0;
 /// Maximum number of pieces of a chord that are examined.
-const MOST_PIECES: usize = 8;
+const MAX_PIECES: usize = 8;
 
 impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     /// Returns the primary branch to `y` from a point or plane in `region`. The direction of
@@ -125,7 +125,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         let Some((region, line)) = within else {
             return *start;
         };
-        let accuracy = ENOUGH * self.tolerance().get();
+        let accuracy = GUESS_ACCURACY * self.tolerance().get();
         match bent(world.field(*region), line, is_plane(start), accuracy) {
             Some(guess) => self.guessed(start, &guess),
             None => *start,
@@ -177,7 +177,7 @@ fn only_bending_region<W: World>(
     };
     // Follow the chord from interface to interface.
     let (mut x, mut done) = (start, 0.0);
-    for _ in 0..MOST_PIECES {
+    for _ in 0..MAX_PIECES {
         let remaining = Arc::line(x, y - x, 1.0);
         let crossing = world.crossing(region, &remaining);
         let theta = crossing.as_ref().map_or(1.0, |c| c.theta);
@@ -270,7 +270,7 @@ mod tests {
     }
 
     /// Largest error of the bent guess, relative to the error of the straight guess.
-    const CLOSER: f64 = 0.02;
+    const MAX_ERROR_RATIO: f64 = 0.02;
 
     #[test]
     fn rays_through_a_layer_are_met_from_points_and_planes() {
@@ -283,7 +283,7 @@ mod tests {
         let ray = solver.solve(&world, &first, y).unwrap();
         let off = |d: DVec3| d.distance(ray.direction_out);
         assert!(off(direction) > 0.02, "{ray:?}");
-        assert!(off(guess.family.direction()) < CLOSER * off(direction));
+        assert!(off(guess.family.direction()) < MAX_ERROR_RATIO * off(direction));
         assert!((guess.optical_length / ray.optical_length - 1.0).abs() < 1e-3);
         let (direction, foot) = (DVec3::Z, DVec3::new(0.2, 0.1, -1.0));
         let family = RayFamily::Plane { x: foot, direction };
@@ -292,7 +292,7 @@ mod tests {
         let ray = solver.solve(&world, &first, y).unwrap();
         let off = |p: DVec3| p.distance(ray.start);
         assert!(off(foot) > 0.02, "{ray:?}");
-        assert!(off(guess.family.x()) < CLOSER * off(foot));
+        assert!(off(guess.family.x()) < MAX_ERROR_RATIO * off(foot));
         assert!((guess.optical_length / ray.optical_length - 1.0).abs() < 1e-3);
     }
 

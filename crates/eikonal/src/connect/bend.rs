@@ -16,16 +16,16 @@ use glam::DVec3;
 
 /// Maximum number of rounds. Each round reduces the error by a factor of about ten where the field
 /// bends rays mildly.
-const ROUNDS: usize = 3;
+const MAX_ROUNDS: usize = 3;
 /// Largest change of the direction in the last round, in radians. Newton's method converges from
 /// smaller errors.
-const SETTLED: f64 = 0.03;
+const MAX_LAST_CHANGE: f64 = 0.03;
 
 /// Smallest accuracy, in radians, for which four nodes are enough.
-const ROUGH: f64 = 1e-4;
+const FOUR_NODE_ACCURACY: f64 = 1e-4;
 
-const COARSE: QuadratureRule<4> = QuadratureRule::new();
-const FINE: QuadratureRule<5> = QuadratureRule::new();
+const COARSE_RULE: QuadratureRule<4> = QuadratureRule::new();
+const FINE_RULE: QuadratureRule<5> = QuadratureRule::new();
 
 /// Straight line, with the part in which the field bends rays.
 pub(super) struct BentChord {
@@ -64,10 +64,10 @@ pub(super) fn bent(
     is_plane: bool,
     accuracy: f64,
 ) -> Option<Guess> {
-    if accuracy < ROUGH {
-        FINE.solve(field, line, is_plane, accuracy)
+    if accuracy < FOUR_NODE_ACCURACY {
+        FINE_RULE.solve(field, line, is_plane, accuracy)
     } else {
-        COARSE.solve(field, line, is_plane, accuracy)
+        COARSE_RULE.solve(field, line, is_plane, accuracy)
     }
 }
 
@@ -117,7 +117,7 @@ impl<const N: usize> QuadratureRule<N> {
         let (mut u, mut slope) = ([DVec3::ZERO; N], [DVec3::ZERO; N]);
         let (mut turn, mut change) = (DVec3::ZERO, f64::INFINITY);
         let mut evaluations = 0;
-        for round in 1..=ROUNDS {
+        for round in 1..=MAX_ROUNDS {
             // Evaluate the forces at the displaced nodes.
             let mut f = [DVec3::ZERO; N];
             let mut optical_length = 0.0;
@@ -141,10 +141,10 @@ impl<const N: usize> QuadratureRule<N> {
             }
             // Predict the change of direction in the next round: rounds converge geometrically.
             let ratio = if last.is_finite() { change / last } else { 1.0 };
-            if change * ratio < accuracy || round == ROUNDS {
+            if change * ratio < accuracy || round == MAX_ROUNDS {
                 let stretch = |slope: DVec3| (1.0 + slope.length_squared()).sqrt();
                 let [before, after] = [0, 1].map(|i| line.optical[i] * stretch(ends.outside[i]));
-                return (change < SETTLED).then(|| Guess {
+                return (change < MAX_LAST_CHANGE).then(|| Guess {
                     direction: (e + ends.outside[0]).normalize(),
                     offset: if is_plane { ends.offset } else { DVec3::ZERO },
                     optical_length: before + optical_length + after,
@@ -188,8 +188,8 @@ mod tests {
         let optical = sigma / 6.0 * (n2(0.0) + 4.0 * n2(0.5 * sigma) + n2(sigma));
         let line = whole(x, y - x);
         let found = [
-            COARSE.solve(&field, &line, false, 0.0),
-            FINE.solve(&field, &line, false, 0.0),
+            COARSE_RULE.solve(&field, &line, false, 0.0),
+            FINE_RULE.solve(&field, &line, false, 0.0),
         ];
         for found in found.map(Option::unwrap) {
             assert!(found.direction.distance(direction) < 1e-6);

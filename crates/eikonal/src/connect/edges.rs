@@ -16,17 +16,17 @@ const HALVINGS: usize = 26;
 /// Ratio of the distances from an edge of consecutive initial guesses on either side of it.
 /// Newton's method finds a grazing ray from guesses at up to four times the ray's own distance from
 /// the edge.
-const CLOSER: f64 = 1.0 / 3.0;
+const GUESS_DISTANCE_RATIO: f64 = 1.0 / 3.0;
 /// Number of guesses on each side of an edge; the closest are at 1e-6 of the distance between
 /// directions.
-const SIDES: i32 = 13;
+const GUESSES_PER_SIDE: i32 = 13;
 
 /// Fraction of the reach in which the events of two rays must agree. Events in the last part may
 /// lie beyond the reach of a neighbouring ray.
-const SURE: f64 = 0.8;
+const COMPARED_FRACTION: f64 = 0.8;
 /// Maximum number of edges that are refined. Where many surfaces scatter rays, almost all
 /// directions are close to edges, and a part of the edges suffices.
-const MOST_EDGES: usize = 400;
+const MAX_EDGES: usize = 400;
 
 /// Interfaces that a ray meets. Each entry holds the optical length up to the interface, its
 /// surface, and the event there.
@@ -37,7 +37,10 @@ fn same(a: &History, b: &History, reach: &Reach) -> bool {
     let (short, long) = if a.len() < b.len() { (a, b) } else { (b, a) };
     let (common, more) = long.split_at(short.len());
     let alike = |(a, b): (&(f64, usize, Rule), &(f64, usize, Rule))| (a.1, a.2) == (b.1, b.2);
-    short.iter().zip(common).all(alike) && more.iter().all(|e| e.0 > SURE * reach.optical_length)
+    short.iter().zip(common).all(alike)
+        && more
+            .iter()
+            .all(|e| e.0 > COMPARED_FRACTION * reach.optical_length)
 }
 
 impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
@@ -63,7 +66,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         // Find neighbouring directions with different events.
         let mut pairs = neighbours(directions);
         pairs.retain(|&(i, j)| !same(&known[i], &known[j], reach));
-        for &(i, j) in pairs.iter().step_by(1 + pairs.len() / MOST_EDGES) {
+        for &(i, j) in pairs.iter().step_by(1 + pairs.len() / MAX_EDGES) {
             // Bisect to the edge, and place directions on either side of it.
             let (mut inner, mut outer) = (directions[i], directions[j]);
             for _ in 0..HALVINGS {
@@ -75,8 +78,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
                 }
             }
             for (edge, end) in [(inner, directions[i]), (outer, directions[j])] {
-                let toward = |k| (edge + (end - edge) * CLOSER.powi(k)).normalize();
-                close.extend((1..=SIDES).map(toward));
+                let toward = |k| (edge + (end - edge) * GUESS_DISTANCE_RATIO.powi(k)).normalize();
+                close.extend((1..=GUESSES_PER_SIDE).map(toward));
             }
         }
         close

@@ -18,9 +18,9 @@ use glam::{DMat2, DVec2, DVec3};
 /// a few cells.
 const PIECES: usize = 64;
 /// Maximum number of steps.
-const ROUNDS: usize = 40;
+const MAX_STEPS: usize = 40;
 /// Largest move of a node at convergence, as a fraction of the chord.
-const SETTLED: f64 = 1e-7;
+const MAX_LAST_MOVE: f64 = 1e-7;
 /// Damping, in units of the index over the length of a piece: initial value, factor after a step
 /// that did not descend, factor after a step that did, and maximum.
 const DAMPING: (f64, f64, f64, f64) = (1e-3, 8.0, 0.125, 1e6);
@@ -79,7 +79,7 @@ pub(super) fn shortest(field: &Field, line: &BentChord, is_plane: bool) -> Optio
     let mut shape = [DVec2::ZERO; PIECES + 1];
     let mut system = chain.system(&shape);
     let (mut damping, growth, decay, most) = DAMPING;
-    for _ in 0..ROUNDS {
+    for _ in 0..MAX_STEPS {
         let step = chain.step(&system, damping);
         let next = step.map(|step| std::array::from_fn(|i| shape[i] + step[i]));
         let there = next.as_ref().map(|next| chain.system(next));
@@ -87,7 +87,7 @@ pub(super) fn shortest(field: &Field, line: &BentChord, is_plane: bool) -> Optio
             (Some(step), Some(next), Some(there)) if there.length <= system.length => {
                 (shape, system) = (next, there);
                 damping *= decay;
-                if step.iter().all(|s| s.length() <= SETTLED * d) {
+                if step.iter().all(|s| s.length() <= MAX_LAST_MOVE * d) {
                     return Some(chain.guess(&shape, system.length, is_plane));
                 }
             }

@@ -11,7 +11,7 @@ use glam::DVec3;
 
 /// Maximum number of initial guesses; more than a point near a beam that is reflected many times
 /// can need.
-const MOST_STARTS: usize = 8;
+const MAX_STARTS: usize = 8;
 
 /// Reference ray for the rays around it: the ray from the centre of a beam's aperture, or a ray
 /// from a point.
@@ -70,7 +70,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Guide<R> {
         let nearest: Vec<Nearest> = self.legs.iter().map(|(leg, _)| leg.nearest(y)).collect();
         let mut minima = minima(&nearest);
         minima.sort_by(|(_, a), (_, b)| a.distance.total_cmp(&b.distance));
-        minima.truncate(MOST_STARTS);
+        minima.truncate(MAX_STARTS);
         let InitialGuess { family, region, .. } = self.start;
         let followed = |(i, nearest): &(usize, Nearest)| {
             let (leg, node) = &self.legs[*i];

@@ -12,24 +12,24 @@ use glam::DVec3;
 use std::f64::consts::PI;
 
 /// Number of directions over the whole sphere: 6° apart.
-const SPHERE: usize = 1000;
+const SPHERE_DIRECTIONS: usize = 1000;
 /// Number of directions in a cone about the chord: 2° apart. Behind a lens, some branches are found
 /// only from rays close to them.
-const CONE: usize = 500;
+const CONE_DIRECTIONS: usize = 500;
 /// Half-angle of the cone about the chord, in radians.
 const HALF_ANGLE: f64 = 25.0 * PI / 180.0;
 
 /// Maximum number of initial guesses along one ray through one pattern. Rays that creep along
 /// inside a curved interface come close to a point at the interface very often.
-const MOST_STARTS: usize = 32;
+const MAX_STARTS: usize = 32;
 
 /// Tolerance of the search, which only separates branches. The branches are then solved to the
 /// requested tolerance.
-const SEARCH: f64 = 1e-6;
+const SEARCH_TOLERANCE: f64 = 1e-6;
 
 /// Largest difference of two results that count as one branch: in radians and in relative optical
 /// path length, or in units of the tolerance if that is more.
-const SAME: (f64, f64) = (1e-4, 100.0);
+const SAME_BRANCH: (f64, f64) = (1e-4, 100.0);
 
 /// Result of a dense search.
 #[derive(Clone, Debug)]
@@ -69,7 +69,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         };
         // Collect branches at the tolerance of the search.
         let reach = &reach.within(x.distance(y));
-        let mut search = Solver::new(Tolerance::new(self.tolerance().get().max(SEARCH)));
+        let mut search = Solver::new(Tolerance::new(self.tolerance().get().max(SEARCH_TOLERANCE)));
         let mut rough = Vec::new();
         if let Ok(primary) = search.connect(world, x, region, y) {
             rough.push(primary);
@@ -108,8 +108,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         chord: DVec3,
         reach: &Reach,
     ) -> Vec<DVec3> {
-        let mut directions: Vec<DVec3> = fibonacci(DVec3::Z, SPHERE, PI).collect();
-        let cone: Vec<DVec3> = fibonacci(chord, CONE, HALF_ANGLE).collect();
+        let mut directions: Vec<DVec3> = fibonacci(DVec3::Z, SPHERE_DIRECTIONS, PI).collect();
+        let cone: Vec<DVec3> = fibonacci(chord, CONE_DIRECTIONS, HALF_ANGLE).collect();
         let mut close = self.edges(world, x, region, &directions, reach);
         close.extend(self.edges(world, x, region, &cone, reach));
         directions.extend(cone);
@@ -145,7 +145,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             nearest = minima(&nearest).into_iter().map(|(_, n)| n).collect();
             nearest.retain(|n| n.pattern == pattern);
             nearest.sort_by(|a, b| a.distance.total_cmp(&b.distance));
-            let new = nearest.iter().take(MOST_STARTS);
+            let new = nearest.iter().take(MAX_STARTS);
             starts.extend(new.map(|n| n.start(family, region)));
             if pattern.reflections() < reach.reflections {
                 let later = choices.into_iter().filter(|&i| pattern.last() < Some(i));
@@ -166,7 +166,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     /// tolerance can show. They may differ by 1e-4 in direction (radians) and in relative optical
     /// path length, or by 100 times the tolerance if that is more.
     pub fn is_same_branch(&self, a: &ConnectingRay, b: &ConnectingRay) -> bool {
-        let same = SAME.0.max(SAME.1 * self.tolerance().get());
+        let same = SAME_BRANCH.0.max(SAME_BRANCH.1 * self.tolerance().get());
         a.same_branch(b, same, same)
     }
 

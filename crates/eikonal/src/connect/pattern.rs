@@ -15,17 +15,17 @@ impl Pattern {
 
     /// Number of encounters that a pattern can list. At later encounters the ray is never reflected
     /// by choice.
-    pub const ENCOUNTERS: u32 = u32::BITS;
+    pub const MAX_ENCOUNTERS: u32 = u32::BITS;
 
     /// Returns true if the ray is reflected at encounter `i`.
     pub fn reflects(self, i: u32) -> bool {
-        i < Self::ENCOUNTERS && self.0 >> i & 1 == 1
+        i < Self::MAX_ENCOUNTERS && self.0 >> i & 1 == 1
     }
 
     /// Returns this pattern with a reflection at encounter `i`; `None` if `i` is not below
-    /// [`Self::ENCOUNTERS`].
+    /// [`Self::MAX_ENCOUNTERS`].
     pub fn with(self, i: u32) -> Option<Self> {
-        (i < Self::ENCOUNTERS).then(|| Pattern(self.0 | 1 << i))
+        (i < Self::MAX_ENCOUNTERS).then(|| Pattern(self.0 | 1 << i))
     }
 
     /// Returns the last encounter at which the ray is reflected; `None` if there is none.

@@ -30,23 +30,23 @@ use std::ops::{Add, Mul};
 
 /// Number of intervals of tables, evenly spaced in squared radii. The error of linear interpolation
 /// is about 1e-5 of the field's contrast.
-const TABLE: usize = 512;
+const TABLE_INTERVALS: usize = 512;
 /// Smallest allowed value of (dq/dr)/(n y). Where dq/dr vanishes inside, rays circle.
-const STEEPEST: f64 = 0.05;
+const MIN_DERIVATIVE: f64 = 0.05;
 /// Number of intervals of angles. At most one ray is expected in each, except where the angle turns
 /// back within it.
-const INTERVALS: usize = 6;
+const ANGLE_INTERVALS: usize = 6;
 /// Accuracy of angles, in radians, at which root finding stops.
-const SETTLED: f64 = 1e-6;
+const ANGLE_ACCURACY: f64 = 1e-6;
 /// Maximum number of iterations; more than regula falsi needs.
-const ROUNDS: usize = 40;
+const MAX_ITERATIONS: usize = 40;
 /// Number of halvings of an interval in which angles turn back.
 const HALVINGS: usize = 6;
 /// Largest miss, in radians, of a ray that is kept as a candidate, per relative deviation of n²
 /// from its mean over spheres. A ray of the actual field may lie close to it.
-const SLACK_PER_DEVIATION: f64 = 4.0;
+const MAX_MISS_PER_DEVIATION: f64 = 4.0;
 /// Miss up to which candidates are always kept, in radians.
-const SLACK: f64 = 1e-4;
+const ALWAYS_KEPT_MISS: f64 = 1e-4;
 
 static RULE: QuadratureRule<10> = QuadratureRule::new();
 
@@ -116,9 +116,9 @@ impl RadialBall {
             return None;
         }
         // Tabulate the mean of n² over spheres.
-        let step = radius * radius / TABLE as f64;
-        let (mut n2, mut deviation) = (Vec::with_capacity(TABLE + 1), 0.0);
-        for i in 0..=TABLE {
+        let step = radius * radius / TABLE_INTERVALS as f64;
+        let (mut n2, mut deviation) = (Vec::with_capacity(TABLE_INTERVALS + 1), 0.0);
+        for i in 0..=TABLE_INTERVALS {
             let r = (i as f64 * step).sqrt();
             let values = DIRECTIONS.map(|d| field.n2(center + d.normalize() * r));
             let mean = values.iter().sum::<f64>() / values.len() as f64;
@@ -130,18 +130,18 @@ impl RadialBall {
             return None;
         }
         // Extrapolate h to the surface, where y = 0.
-        let last = TABLE;
+        let last = TABLE_INTERVALS;
         let rim2 = n2[last] * radius * radius;
         let slope = |i: usize| {
             let (a, b) = (i.saturating_sub(1), (i + 1).min(last));
             (n2[b] - n2[a]) / ((b - a) as f64 * step)
         };
-        let mut known = Vec::with_capacity(TABLE + 1);
+        let mut known = Vec::with_capacity(TABLE_INTERVALS + 1);
         for (i, n2) in n2[..last].iter().enumerate() {
             let r2 = i as f64 * step;
             let y = (1.0 - n2 * r2 / rim2).max(0.0).sqrt();
             let steepness = 1.0 + r2 * slope(i) / n2;
-            if steepness < STEEPEST * y || y == 0.0 {
+            if steepness < MIN_DERIVATIVE * y || y == 0.0 {
                 return None;
             }
             known.push((y, -y * slope(i) / (n2 * n2 * steepness)));
@@ -168,9 +168,9 @@ impl RadialBall {
         self.deviation
     }
 
-    /// Returns the largest miss of candidates; see [`SLACK_PER_DEVIATION`].
+    /// Returns the largest miss of candidates; see [`MAX_MISS_PER_DEVIATION`].
     fn slack(&self) -> f64 {
-        SLACK + SLACK_PER_DEVIATION * self.deviation
+        ALWAYS_KEPT_MISS + MAX_MISS_PER_DEVIATION * self.deviation
     }
 
     /// Returns a ball of constant index, the index at the surface of this ball.
@@ -304,7 +304,8 @@ impl RadialBall {
             k: [k, far(y)],
         };
         let at = |t: f64| passing.whole(t);
-        let values: [f64; INTERVALS + 1] = std::array::from_fn(|i| at(i as f64 / INTERVALS as f64));
+        let values: [f64; ANGLE_INTERVALS + 1] =
+            std::array::from_fn(|i| at(i as f64 / ANGLE_INTERVALS as f64));
         let mut found = Vec::new();
         for (goal, across) in [(goal, across), (TAU - goal, -across)] {
             let mut keep = |t: f64| {
@@ -385,8 +386,8 @@ impl Rays<'_> {
         let mut found = Vec::new();
         let mut search = |range: &dyn Fn(f64) -> f64| {
             let at = |t: f64| self.whole(range(t));
-            let values: [f64; INTERVALS + 1] =
-                std::array::from_fn(|i| at(i as f64 / INTERVALS as f64));
+            let values: [f64; ANGLE_INTERVALS + 1] =
+                std::array::from_fn(|i| at(i as f64 / ANGLE_INTERVALS as f64));
             for (goal, across) in [(goal, across), (TAU - goal, -across)] {
                 let mut keep = |t: f64| found.push((range(t), across));
                 roots(&at, &values, goal, self.ball.slack(), &mut keep);
@@ -410,14 +411,14 @@ impl Rays<'_> {
 /// extremum.
 fn roots(
     at: &dyn Fn(f64) -> f64,
-    values: &[f64; INTERVALS + 1],
+    values: &[f64; ANGLE_INTERVALS + 1],
     goal: f64,
     slack: f64,
     found: &mut dyn FnMut(f64),
 ) {
-    let h = 1.0 / INTERVALS as f64;
+    let h = 1.0 / ANGLE_INTERVALS as f64;
     let off = values.map(|value| value - goal);
-    for i in 0..INTERVALS {
+    for i in 0..ANGLE_INTERVALS {
         if (off[i] < 0.0) != (off[i + 1] < 0.0) {
             found(between(
                 at,
@@ -427,12 +428,12 @@ fn roots(
             ));
         }
     }
-    for (end, next) in [(0, 1), (INTERVALS, INTERVALS - 1)] {
+    for (end, next) in [(0, 1), (ANGLE_INTERVALS, ANGLE_INTERVALS - 1)] {
         if off[end].abs() < slack && (off[end] < 0.0) == (off[next] < 0.0) {
             found(end as f64 * h);
         }
     }
-    for i in 1..INTERVALS {
+    for i in 1..ANGLE_INTERVALS {
         let near = [off[i - 1], off[i], off[i + 1]];
         if let Some(turn) = turning(at, goal, [i as f64 * h, h], near, slack) {
             let (t, top) = turn;
@@ -485,7 +486,7 @@ fn turning(
 /// variant.
 fn between(at: &dyn Fn(f64) -> f64, goal: f64, place: [f64; 2], off: [f64; 2]) -> f64 {
     let ([mut a, mut b], [mut fa, mut fb]) = (place, off);
-    for _ in 0..ROUNDS {
+    for _ in 0..MAX_ITERATIONS {
         let t = b - fb * (b - a) / (fb - fa);
         let ft = at(t) - goal;
         if (ft < 0.0) == (fb < 0.0) {
@@ -494,7 +495,7 @@ fn between(at: &dyn Fn(f64) -> f64, goal: f64, place: [f64; 2], off: [f64; 2]) -
             (a, fa) = (b, fb);
         }
         (b, fb) = (t, ft);
-        if ft.abs() < SETTLED {
+        if ft.abs() < ANGLE_ACCURACY {
             break;
         }
     }
@@ -550,7 +551,7 @@ mod tests {
 
     /// Accuracy of the results. Near a caustic, two rays are known only to the square root of the
     /// accuracy of their angles.
-    const CLOSE: f64 = 3e-4;
+    const RESULT_ACCURACY: f64 = 3e-4;
 
     /// With a constant index, the rays agree with the closed form of [`Ball`].
     #[test]
@@ -575,13 +576,13 @@ mod tests {
             let expected: Vec<DVec3> = closed.crossings(x, Outside::Point(y)).collect();
             let found = radial.rays(x, Outside::Point(y));
             for p in &expected {
-                let near = |ray: &&BallRay| ray.crossing.distance(*p) < CLOSE;
+                let near = |ray: &&BallRay| ray.crossing.distance(*p) < RESULT_ACCURACY;
                 let ray = found
                     .iter()
                     .find(near)
                     .unwrap_or_else(|| panic!("{x} {y} {p}"));
-                assert!((ray.optical_length - 1.5 * x.distance(*p)).abs() < 2.0 * CLOSE);
-                assert!(ray.direction.distance((*p - x).normalize()) < 10.0 * CLOSE);
+                assert!((ray.optical_length - 1.5 * x.distance(*p)).abs() < 2.0 * RESULT_ACCURACY);
+                assert!(ray.direction.distance((*p - x).normalize()) < 10.0 * RESULT_ACCURACY);
             }
             // At most one more, which nearly exists.
             assert!(found.len() <= expected.len() + 1);
@@ -605,12 +606,17 @@ mod tests {
             let y = DVec3::Z + 1.7 * DVec3::new(-beta, 0.0, height);
             let found = ball.passing(Outside::Direction(DVec3::NEG_Z), y);
             let entry = DVec3::new(beta, 0.0, -height);
-            let ray = found.iter().find(|ray| ray.entry.distance(entry) < CLOSE);
+            let ray = found
+                .iter()
+                .find(|ray| ray.entry.distance(entry) < RESULT_ACCURACY);
             let ray = ray.unwrap_or_else(|| panic!("{beta} {found:?}"));
-            assert!(ray.exit.distance(DVec3::Z) < CLOSE, "{beta} {ray:?}");
+            assert!(
+                ray.exit.distance(DVec3::Z) < RESULT_ACCURACY,
+                "{beta} {ray:?}"
+            );
             let length = FRAC_PI_2 + height;
             assert!(
-                (ray.optical_length - length).abs() < CLOSE,
+                (ray.optical_length - length).abs() < RESULT_ACCURACY,
                 "{beta} {ray:?}"
             );
         }
@@ -627,11 +633,11 @@ mod tests {
             let y = DVec3::new(cos, sin, 0.3).normalize() * 2.2;
             for ray in glass.passing(Outside::Point(x), y) {
                 let [before, inside, behind] = [ray.entry - x, ray.exit - ray.entry, y - ray.exit];
-                assert!((ray.optical_length - 1.5 * inside.length()).abs() < CLOSE);
+                assert!((ray.optical_length - 1.5 * inside.length()).abs() < RESULT_ACCURACY);
                 // Check Snell's law by the components along the surface.
                 for (p, a, b) in [(ray.entry, before, inside), (ray.exit, behind, inside)] {
                     let along = |v: DVec3| v.normalize().cross(p).length();
-                    assert!((along(a) - 1.5 * along(b)).abs() < 10.0 * CLOSE);
+                    assert!((along(a) - 1.5 * along(b)).abs() < 10.0 * RESULT_ACCURACY);
                 }
             }
         }

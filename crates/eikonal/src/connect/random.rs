@@ -10,12 +10,12 @@ use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
 /// Fraction of initial rays around the chord; the others are uniform.
-const NEAR: f64 = 0.75;
+const CHORD_FRACTION: f64 = 0.75;
 /// Smallest angle between initial rays and the chord, in radians. For rays from a plane, it is the
 /// smallest distance from the foot, in units of the radius.
-const CLOSEST: f64 = 1e-3;
+const MIN_ANGLE: f64 = 1e-3;
 /// Largest distance of starts from the foot, in units of the radius.
-const FARTHEST: f64 = 2.0;
+const MAX_DISTANCE: f64 = 2.0;
 
 /// Returns a random unit direction: with probability 3/4 at an angle to `chord` that is log-uniform
 /// in [1e-3, π], otherwise uniform on the sphere.
@@ -26,7 +26,7 @@ pub fn random_direction(chord: DVec3, u: [f64; 3]) -> DVec3 {
     let [choice, polar, azimuth] = u;
     let axis = chord.try_normalize();
     let (sin, cos) = match axis {
-        Some(_) if choice < NEAR => (CLOSEST * (PI / CLOSEST).powf(polar)).sin_cos(),
+        Some(_) if choice < CHORD_FRACTION => (MIN_ANGLE * (PI / MIN_ANGLE).powf(polar)).sin_cos(),
         _ => {
             let cos = 1.0 - 2.0 * polar;
             ((1.0 - cos * cos).max(0.0).sqrt(), cos)
@@ -50,8 +50,8 @@ pub fn random_foot(
 ) -> DVec3 {
     let [choice, distance, azimuth] = u;
     let across = around(direction, azimuth) * radius;
-    if choice < NEAR {
-        foot + across * (CLOSEST * (FARTHEST / CLOSEST).powf(distance))
+    if choice < CHORD_FRACTION {
+        foot + across * (MIN_ANGLE * (MAX_DISTANCE / MIN_ANGLE).powf(distance))
     } else {
         let projected = center + direction * direction.dot(foot - center);
         projected + across * distance.sqrt()

@@ -15,32 +15,32 @@ use glam::{DVec2, DVec3};
 /// unless the ray tube is narrow. The square of this miss is below the tolerance, and the Jacobian
 /// changes by at most this many tolerances. Where steps are rejected, rays jump by about a
 /// tolerance, and another ray would be no better.
-const LAST_CORRECTION: f64 = 10.0;
+const MAX_CORRECTED_MISS: f64 = 10.0;
 /// Largest change of the Jacobian by the last correction, in tolerances. If the change may be
 /// larger, another ray is traced (docs/theory.md#second-shots). This happens where the field varies
 /// within a small part of the ray's length.
-const STEADY: f64 = 10.0;
+const MAX_JACOBIAN_CHANGE: f64 = 10.0;
 /// Miss below which no second ray is traced, whatever the field's length scale, in tolerances times
 /// the ray's length (docs/theory.md#second-shots).
-const NEAR: f64 = 0.1;
+const MIN_MISS: f64 = 0.1;
 /// Typical third derivative along a ray, relative to the bound that the length scale implies
 /// (docs/theory.md#second-shots).
-const MET: f64 = 2e-3;
+const TYPICAL_THIRD_DERIVATIVE: f64 = 2e-3;
 /// Largest correction without another iteration, as a fraction of the longest step of Newton's
 /// method.
-const SMALL: f64 = 0.1;
+const MAX_LAST_CORRECTION: f64 = 0.1;
 /// Smallest width of a ray tube at the target, relative to the width of a tube of straight rays, in
 /// tolerances. The target of a narrower tube lies on a caustic (docs/theory.md#acceptance).
-const NARROW: f64 = 2.0;
+const MIN_TUBE_WIDTH: f64 = 2.0;
 /// Largest step after a step that did not reduce the miss, relative to the previous step.
-const SHORTER: f64 = 0.5;
+const STEP_REDUCTION: f64 = 0.5;
 /// Ratio of successive misses below which the trust region may grow.
-const GOOD: f64 = 0.5;
-/// Largest step after a step that reduced the miss below [`GOOD`] times the smallest miss, relative
-/// to the previous step.
-const LONGER: f64 = 3.0;
+const TRUST_GROWTH_RATIO: f64 = 0.5;
+/// Largest step after a step that reduced the miss below [`TRUST_GROWTH_RATIO`] times the smallest
+/// miss, relative to the previous step.
+const STEP_GROWTH: f64 = 3.0;
 /// Step size below which the iteration has reached a local minimum of the miss.
-const STUCK: f64 = 1e-3;
+const MIN_STEP: f64 = 1e-3;
 
 /// The end of a traced ray.
 #[derive(Clone, Copy)]
@@ -242,8 +242,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
                     radius = shorter;
                 }
                 (_, Ok(hit)) => {
-                    if least.is_some_and(|least| miss < GOOD * least) {
-                        radius = radius.max(LONGER * tried).min(DVec2::ONE);
+                    if least.is_some_and(|least| miss < TRUST_GROWTH_RATIO * least) {
+                        radius = radius.max(STEP_GROWTH * tried).min(DVec2::ONE);
                     }
                     best = Some((trial, hit.end_state, miss));
                 }
@@ -273,7 +273,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     /// directions and the Jacobian depend more strongly on the target there.
     pub(super) fn allowed_miss(&self, family: &RayFamily, hit: &Hit, floor: f64) -> f64 {
         let straight = family.spread(hit.travelled.arc_length).powi(2);
-        let correctable = (LAST_CORRECTION * hit.jacobian() / straight).clamp(1.0, LAST_CORRECTION);
+        let correctable =
+            (MAX_CORRECTED_MISS * hit.jacobian() / straight).clamp(1.0, MAX_CORRECTED_MISS);
         f64::max(
             correctable * self.tolerance.get() * hit.travelled.leg,
             floor,
@@ -291,15 +292,16 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         found: &ConnectingRay,
     ) -> bool {
         let length = found.arc_length;
-        let allowed = STEADY * self.tolerance.get();
+        let allowed = MAX_JACOBIAN_CHANGE * self.tolerance.get();
         let Some((before, end_state)) = before else {
-            if found.miss <= NEAR * self.tolerance.get() * length {
+            if found.miss <= MIN_MISS * self.tolerance.get() * length {
                 return true;
             }
             let scale =
                 |piece: &Piece<R>| world.field(piece.region).length_scale(piece.arc.start());
             let finest = self.pieces.iter().map(scale).fold(f64::INFINITY, f64::min);
-            return MET * (length / finest).powi(2) * (found.miss / finest) <= allowed;
+            return TYPICAL_THIRD_DERIVATIVE * (length / finest).powi(2) * (found.miss / finest)
+                <= allowed;
         };
         let then = end_state.variation.cross_section(end_state.v).abs();
         let straight = before.family.spread(length).powi(2);
@@ -355,8 +357,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             ..
         } = hit.travelled;
         let start = iterate.family;
-        let small = SMALL * start.longest_step(start.x().distance(y));
-        let narrow = (NARROW * self.tolerance.get() * start.spread(arc_length)).powi(2);
+        let small = MAX_LAST_CORRECTION * start.longest_step(start.x().distance(y));
+        let narrow = (MIN_TUBE_WIDTH * self.tolerance.get() * start.spread(arc_length)).powi(2);
         let sound = step.truncate().length() <= small && jacobian.is_finite();
         if !sound || jacobian <= narrow {
             return Err(Failure::Caustic);
@@ -392,8 +394,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
 /// same direction, but only along the ray if the family hardly changed. `None` if the step was
 /// already shortest.
 fn shortened(radius: DVec2, tried: DVec2) -> Option<DVec2> {
-    let tried = SHORTER * tried;
-    match (tried.x < STUCK, tried.y < STUCK) {
+    let tried = STEP_REDUCTION * tried;
+    match (tried.x < MIN_STEP, tried.y < MIN_STEP) {
         (false, _) => Some(DVec2::new(tried.x, radius.y)),
         (true, false) => Some(DVec2::new(radius.x, tried.y)),
         (true, true) => None,

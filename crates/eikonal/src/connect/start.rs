@@ -34,21 +34,24 @@ pub struct Reach {
     /// Longest optical path length ∫n ds; at most a million times the distance between the points
     /// has an effect.
     pub optical_length: f64,
-    /// Maximum number of reflections where refraction is possible; at most [`Pattern::ENCOUNTERS`]
-    /// have an effect.
+    /// Maximum number of reflections where refraction is possible; at most
+    /// [`Pattern::MAX_ENCOUNTERS`] have an effect.
     pub reflections: u32,
     /// Maximum number of all reflections, total reflections included.
     pub bounces: u32,
 }
 
 /// Largest optical path length of a search, relative to the distance between the points.
-const FARTHEST: f64 = 1e6;
+const MAX_RELATIVE_LENGTH: f64 = 1e6;
 
 impl Reach {
     /// Limits the reach for points at a distance, so that rays are not traced without end.
     pub(super) fn within(self, distance: f64) -> Self {
         // Replace NaN by zero length.
-        let optical_length = self.optical_length.max(0.0).min(FARTHEST * distance);
+        let optical_length = self
+            .optical_length
+            .max(0.0)
+            .min(MAX_RELATIVE_LENGTH * distance);
         Reach {
             optical_length,
             ..self

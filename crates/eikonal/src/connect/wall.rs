@@ -24,12 +24,12 @@ use crate::ray::{Arc, Node, Tangents, Variation, perpendicular_basis};
 use glam::{DMat2, DMat3, DVec2, DVec3};
 
 /// Maximum number of rounds of Newton's method.
-const ROUNDS: usize = 8;
+const MAX_ROUNDS: usize = 8;
 /// Longest step, as a fraction of the distance to the inner point.
-const FARTHEST: f64 = 0.5;
+const MAX_STEP: f64 = 0.5;
 /// Fraction by which lines to the approximate crossing are extended, so that they intersect the
 /// interface.
-const BEYOND: f64 = 0.5;
+const EXTENSION: f64 = 0.5;
 
 /// Initial guess of a ray between a point in a field and a point where the index is constant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,7 +69,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         guess: &WallGuess<R>,
     ) -> Option<ConnectingRay> {
         let mut aim = guess.crossing;
-        for _ in 0..ROUNDS {
+        for _ in 0..MAX_ROUNDS {
             let inside = self.inside(world, guess, aim)?;
             if let Some(found) = self.refracted(world, guess, &inside) {
                 return Some(if guess.outward {
@@ -92,7 +92,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         aim: DVec3,
     ) -> Option<Inside<R>> {
         let x = guess.inner;
-        let line = Arc::line(x, aim - x, 1.0 + BEYOND);
+        let line = Arc::line(x, aim - x, 1.0 + EXTENSION);
         let crossing = world.crossing(guess.region, &line)?;
         let beyond = world.field(crossing.beyond);
         if crossing.rule != Rule::Refract || !beyond.is_constant() {
@@ -266,7 +266,7 @@ impl<R> Inside<R> {
         };
         let hessian = DMat2::from_cols(column(basis[0]), column(basis[1]));
         let step = hessian.inverse() * DVec2::new(-basis[0].dot(g), -basis[1].dot(g));
-        let longest = FARTHEST * p.distance(guess.inner);
+        let longest = MAX_STEP * p.distance(guess.inner);
         let step = step.clamp_length_max(longest);
         step.is_finite()
             .then(|| p + basis[0] * step.x + basis[1] * step.y)

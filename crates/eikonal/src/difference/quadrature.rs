@@ -40,10 +40,10 @@ const TOLERANCE: f64 = 1e-6;
 /// Rounding error of a contrast, relative to the squared indices that are subtracted.
 const ROUNDING: f64 = 1e-15;
 /// Maximum number of times that a panel is halved.
-const MOST_HALVINGS: u32 = 12;
+const MAX_HALVINGS: u32 = 12;
 /// Smallest panel, as a fraction of an arc. It bounds the work in fields with structure at all
 /// scales.
-const LEAST_PANEL: f64 = 1e-6;
+const MIN_PANEL: f64 = 1e-6;
 
 /// Integrand at a place: the contrast of squared indices, and all other terms.
 #[derive(Clone, Copy, Debug)]
@@ -87,8 +87,8 @@ impl Quadrature {
         let mut sum = 0.0;
         let mut at = from;
         while at < to && !self.is_over_budget() {
-            let end = (at + width(at).max(LEAST_PANEL * (to - from))).min(to);
-            sum += self.panel([at, end], MOST_HALVINGS, &f);
+            let end = (at + width(at).max(MIN_PANEL * (to - from))).min(to);
+            sum += self.panel([at, end], MAX_HALVINGS, &f);
             at = end;
         }
         if self.is_over_budget() { f64::NAN } else { sum }

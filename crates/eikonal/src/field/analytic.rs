@@ -6,17 +6,17 @@ use super::formula::{HESSIAN, Number, Spatial};
 use glam::DVec3;
 
 /// Maximum number of parameter values of a field with a formula.
-pub(super) const MOST: usize = 8;
+pub(super) const MAX_VALUES: usize = 8;
 
 /// A field with n² as a formula of the position and of a few numbers.
 pub(super) trait Analytic {
-    /// Names of the parameters, as in scenes, and the number of values of each: at most `MOST`
-    /// values in total.
+    /// Names of the parameters, as in scenes, and the number of values of each: at most
+    /// `MAX_VALUES` values in total.
     const PARAMETERS: &'static [(&'static str, usize)];
 
     /// Returns the parameter values, one after another. Entries after the last value have no
     /// effect.
-    fn numbers(&self) -> [f64; MOST];
+    fn numbers(&self) -> [f64; MAX_VALUES];
 
     /// Returns n² at a position.
     fn squared<N: Number>(x: [N; 3], p: &[N]) -> N;

@@ -1,28 +1,28 @@
 //! Tables of Bessel functions of one order and their derivatives (docs/theory.md#sound).
 //!
-//! The multiplication theorem (DLMF 10.23.1) gives (ρ_c/ρ)^m J_m(ρ) = Σ_j (−η)^j/j! J_{m+j}(ρ_c) with
-//! η = (ρ² − ρ_c²)/(2ρ_c). The table holds the first terms about centres ρ_c that lie so close
+//! The multiplication theorem (DLMF 10.23.1) gives (ρ_c/ρ)^m J_m(ρ) = Σ_j (−η)^j/j! J_{m+j}(ρ_c)
+//! with η = (ρ² − ρ_c²)/(2ρ_c). The table holds the first terms about centres ρ_c that lie so close
 //! together that the next terms are below rounding.
 
 use super::bessel;
 use std::sync::Arc;
 
 /// Number of pieces per unit of ρ: |η| ≤ 1/6 in each piece.
-const PER_UNIT: f64 = 3.0;
+const PIECES_PER_UNIT: f64 = 3.0;
 /// Largest ρ of the table.
-const REACH: f64 = 512.0;
+const MAX_RHO: f64 = 512.0;
 /// Largest order with a table: for higher orders, (ρ/ρ_c)^m would exceed the range of numbers near
 /// the axis.
-const MOST_ORDER: u16 = 256;
+const MAX_ORDER: u16 = 256;
 /// Number of pairs of even and odd powers of η. The first omitted power, η¹², adds less than 5e-15
 /// to second derivatives.
 const PAIRS: usize = 6;
 /// Bound of the error of J_m(ρ) e^{imφ}, and of its first and second derivatives by Cartesian
 /// coordinates in units of ρ. Values are at most 1. The error is caused by rounding, mostly of ρ up
-/// to [`REACH`].
+/// to [`MAX_RHO`].
 pub(super) const ERROR: f64 = 1e-12;
 
-/// Table of J_m for ρ up to [`REACH`], shared by copies.
+/// Table of J_m for ρ up to [`MAX_RHO`], shared by copies.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct BesselTable(Arc<[Piece]>);
 
@@ -40,16 +40,16 @@ pub(super) struct Piece {
 impl BesselTable {
     /// Creates the table of `order` m; `None` for orders that are too high.
     pub(super) fn new(order: u16) -> Option<Self> {
-        let count = (REACH * PER_UNIT) as usize;
-        (order <= MOST_ORDER)
+        let count = (MAX_RHO * PIECES_PER_UNIT) as usize;
+        (order <= MAX_ORDER)
             .then(|| BesselTable((0..count).map(|i| Piece::new(order, i)).collect()))
     }
 
     /// Returns the piece for ρ² = `rho2`; `None` beyond the end of the table.
     #[inline(always)]
     pub(super) fn piece(&self, rho2: f64) -> Option<&Piece> {
-        let reached = rho2 < REACH * REACH;
-        let at = ((rho2 * (PER_UNIT * PER_UNIT)).sqrt()) as usize;
+        let reached = rho2 < MAX_RHO * MAX_RHO;
+        let at = ((rho2 * (PIECES_PER_UNIT * PIECES_PER_UNIT)).sqrt()) as usize;
         self.0.get(at).filter(|_| reached)
     }
 
@@ -62,7 +62,7 @@ impl BesselTable {
 impl Piece {
     /// Creates the piece with index `i` of order m. Its centre is the middle of the range in ρ².
     fn new(order: u16, i: usize) -> Self {
-        let [low, high] = [i, i + 1].map(|i| i as f64 / PER_UNIT);
+        let [low, high] = [i, i + 1].map(|i| i as f64 / PIECES_PER_UNIT);
         let center = (0.5 * (low * low + high * high)).sqrt();
         let j: [f64; 2 * PAIRS] = bessel::run(order.into(), center);
         let (mut pairs, mut per_factorial) = ([[0.0; 2]; PAIRS], 1.0);
@@ -162,7 +162,7 @@ mod tests {
             let table = BesselTable::new(m).unwrap();
             for pair in table.0.windows(2).enumerate() {
                 let (i, [a, b]) = (pair.0, [pair.1[0], pair.1[1]]);
-                let rho2 = ((i + 1) as f64 / PER_UNIT).powi(2);
+                let rho2 = ((i + 1) as f64 / PIECES_PER_UNIT).powi(2);
                 let scale = |p: &Piece| (rho2.sqrt() * p.per_center()).powi(m.into());
                 let apart = scale(&a) * a.at(rho2)[0] - scale(&b) * b.at(rho2)[0];
                 assert!(
@@ -176,10 +176,14 @@ mod tests {
     #[test]
     fn ends_where_it_says() {
         let table = BesselTable::new(3).unwrap();
-        assert!(table.piece(REACH * REACH * (1.0 - f64::EPSILON)).is_some());
-        for beyond in [REACH * REACH, f64::INFINITY, f64::NAN] {
+        assert!(
+            table
+                .piece(MAX_RHO * MAX_RHO * (1.0 - f64::EPSILON))
+                .is_some()
+        );
+        for beyond in [MAX_RHO * MAX_RHO, f64::INFINITY, f64::NAN] {
             assert!(table.piece(beyond).is_none());
         }
-        assert!(BesselTable::new(MOST_ORDER + 1).is_none());
+        assert!(BesselTable::new(MAX_ORDER + 1).is_none());
     }
 }

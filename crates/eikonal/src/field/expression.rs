@@ -13,13 +13,13 @@ use std::array::from_fn;
 use std::sync::Arc;
 
 /// Maximum number of cells with a stored length scale; fewer if the formula is long.
-const CELLS: f64 = 2048.0;
+const MAX_CELLS: f64 = 2048.0;
 /// Maximum number of operations in all cells together, spent on length scales before a render
 /// begins.
-const MOST_OPERATIONS: f64 = 131_072.0;
+const MAX_OPERATIONS: f64 = 131_072.0;
 /// Smallest length scale, as a fraction of the region's diagonal. Shorter steps follow from the
 /// measured errors.
-const SHORTEST: f64 = 1e-4;
+const MIN_LENGTH_SCALE: f64 = 1e-4;
 
 /// Field with a program for n².
 #[derive(Clone, Debug)]
@@ -211,8 +211,8 @@ impl Scales {
         // Give a flat region some extent.
         let size = region.size().max(DVec3::splat(1e-3 * diagonal));
         // Choose the number of cells by the cost of the formula.
-        let affordable = MOST_OPERATIONS / field.program.len() as f64;
-        let edge = (size.element_product() / affordable.clamp(1.0, CELLS)).cbrt();
+        let affordable = MAX_OPERATIONS / field.program.len() as f64;
+        let edge = (size.element_product() / affordable.clamp(1.0, MAX_CELLS)).cbrt();
         let cells = (size / edge).round().clamp(DVec3::ONE, DVec3::splat(64.0));
         let spacing = size / cells;
         let [x, y, z] = cells.to_array().map(|n| n as usize);
@@ -224,7 +224,7 @@ impl Scales {
             let cell = Aabb::new(corner, corner + spacing);
             let n2 = field.over(&cell)[0].low;
             let around = |radius: f64| field.steepness(&cell.grown(radius));
-            let length = length_within(n2, [SHORTEST * diagonal, diagonal], around);
+            let length = length_within(n2, [MIN_LENGTH_SCALE * diagonal, diagonal], around);
             for at in 0..8 {
                 let (i, j, k) = (i + (at & 1), j + (at >> 1 & 1), k + (at >> 2));
                 let node = &mut lengths[(k * nodes[1] + j) * nodes[0] + i];

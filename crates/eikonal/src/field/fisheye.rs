@@ -1,6 +1,6 @@
 //! Maxwell's fisheye.
 
-use super::analytic::{Analytic, MOST, difference, dot};
+use super::analytic::{Analytic, MAX_VALUES, difference, dot};
 use super::error::{FieldError, finite_vector, positive};
 use super::formula::Number;
 use super::{Jet, radial};
@@ -93,7 +93,7 @@ impl Fisheye {
 impl Analytic for Fisheye {
     const PARAMETERS: &'static [(&'static str, usize)] = &[("n0", 1), ("center", 3), ("radius", 1)];
 
-    fn numbers(&self) -> [f64; MOST] {
+    fn numbers(&self) -> [f64; MAX_VALUES] {
         let [x, y, z] = self.center.to_array();
         [self.n2_center.sqrt(), x, y, z, self.radius, 0.0, 0.0, 0.0]
     }

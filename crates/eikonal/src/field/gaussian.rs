@@ -1,6 +1,6 @@
 //! A Gaussian bump of the index.
 
-use super::analytic::{Analytic, MOST, difference, dot};
+use super::analytic::{Analytic, MAX_VALUES, difference, dot};
 use super::error::{FieldError, finite, finite_vector, positive};
 use super::formula::{Function, Number};
 use super::{Jet, radial};
@@ -110,7 +110,7 @@ impl Analytic for Gaussian {
     const PARAMETERS: &'static [(&'static str, usize)] =
         &[("n0", 1), ("delta", 1), ("center", 3), ("width", 1)];
 
-    fn numbers(&self) -> [f64; MOST] {
+    fn numbers(&self) -> [f64; MAX_VALUES] {
         let [x, y, z] = self.center.to_array();
         [self.n0, self.delta, x, y, z, self.width, 0.0, 0.0]
     }

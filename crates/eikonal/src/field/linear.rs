@@ -1,7 +1,7 @@
 //! Fields with n or n² linear in position.
 
 use super::Jet;
-use super::analytic::{Analytic, MOST, difference, dot};
+use super::analytic::{Analytic, MAX_VALUES, difference, dot};
 use super::error::{FieldError, finite_vector, positive};
 use super::formula::Number;
 use crate::bounds::{Aabb, FieldBounds, IndexBounds};
@@ -147,7 +147,7 @@ impl LinearSquare {
 impl Analytic for LinearIndex {
     const PARAMETERS: &'static [(&'static str, usize)] = &[("n0", 1), ("slope", 3), ("origin", 3)];
 
-    fn numbers(&self) -> [f64; MOST] {
+    fn numbers(&self) -> [f64; MAX_VALUES] {
         let ([a, b, c], [x, y, z]) = (self.slope.to_array(), self.origin.to_array());
         [self.n0, a, b, c, x, y, z, 0.0]
     }
@@ -161,7 +161,7 @@ impl Analytic for LinearIndex {
 impl Analytic for LinearSquare {
     const PARAMETERS: &'static [(&'static str, usize)] = &[("n0", 1), ("slope", 3), ("origin", 3)];
 
-    fn numbers(&self) -> [f64; MOST] {
+    fn numbers(&self) -> [f64; MAX_VALUES] {
         let ([a, b, c], [x, y, z]) = (self.slope.to_array(), self.origin.to_array());
         [self.n2.sqrt(), a, b, c, x, y, z, 0.0]
     }

@@ -1,6 +1,6 @@
 //! The Luneburg lens.
 
-use super::analytic::{Analytic, MOST, difference, dot};
+use super::analytic::{Analytic, MAX_VALUES, difference, dot};
 use super::error::{FieldError, finite_vector, positive};
 use super::formula::Number;
 use super::{Jet, radial};
@@ -86,7 +86,7 @@ impl Analytic for Luneburg {
     const PARAMETERS: &'static [(&'static str, usize)] =
         &[("n_exterior", 1), ("center", 3), ("radius", 1)];
 
-    fn numbers(&self) -> [f64; MOST] {
+    fn numbers(&self) -> [f64; MAX_VALUES] {
         let [x, y, z] = self.center.to_array();
         [self.n2_ext.sqrt(), x, y, z, self.radius, 0.0, 0.0, 0.0]
     }

@@ -13,17 +13,17 @@ use glam::{DMat3, DVec3};
 use std::sync::Arc;
 
 /// Maximum number of pieces of a range that are bounded separately; fewer if the formula is long.
-const PIECES: usize = 16;
+const MAX_PIECES: usize = 16;
 /// Maximum number of operations in all pieces together, spent on bounds.
-const MOST_OPERATIONS_OF_BOUNDS: usize = 512;
+const MAX_BOUND_OPERATIONS: usize = 512;
 /// Maximum number of pieces of a region with a stored length scale; fewer if the formula is long.
-const CELLS: usize = 2048;
+const MAX_CELLS: usize = 2048;
 /// Maximum number of operations in all cells together, spent on length scales before a render
 /// begins.
-const MOST_OPERATIONS_OF_CELLS: usize = 131_072;
+const MAX_CELL_OPERATIONS: usize = 131_072;
 /// Smallest length scale, as a fraction of the region's diagonal. Shorter steps follow from the
 /// measured errors.
-const SHORTEST: f64 = 1e-4;
+const MIN_LENGTH_SCALE: f64 = 1e-4;
 
 /// Field with n² as a function f(u) of one coordinate u.
 #[derive(Clone, Debug)]
@@ -349,10 +349,10 @@ impl IndexProfile {
 
     pub(super) fn bounds(&self, region: &Aabb) -> FieldBounds {
         let whole = self.range(region);
-        let affordable = MOST_OPERATIONS_OF_BOUNDS / self.curve.operations();
+        let affordable = MAX_BOUND_OPERATIONS / self.curve.operations();
         let extent = whole.high - whole.low;
         let pieces = if extent > 0.0 && extent.is_finite() {
-            affordable.clamp(1, PIECES)
+            affordable.clamp(1, MAX_PIECES)
         } else {
             1
         };
@@ -412,8 +412,8 @@ impl IndexProfile {
         let whole = self.range(region);
         let size = region.diagonal();
         // Give a flat region some extent.
-        let affordable = MOST_OPERATIONS_OF_CELLS / self.curve.operations();
-        let cells = affordable.clamp(1, CELLS);
+        let affordable = MAX_CELL_OPERATIONS / self.curve.operations();
+        let cells = affordable.clamp(1, MAX_CELLS);
         let spacing = (whole.high - whole.low).max(1e-3 * size) / cells as f64;
         let mut lengths = vec![f64::INFINITY; cells + 1];
         for i in 0..cells {
@@ -421,7 +421,7 @@ impl IndexProfile {
             let cell = Interval::new(start, start + spacing);
             let around = |radius: f64| self.steepness(self.grown(cell, radius));
             let n2 = self.ranges(cell).n2.low;
-            let length = length_within(n2, [SHORTEST * size, size], around);
+            let length = length_within(n2, [MIN_LENGTH_SCALE * size, size], around);
             lengths[i] = lengths[i].min(length);
             lengths[i + 1] = length;
         }

@@ -1,7 +1,7 @@
 //! The radially graded rod.
 
 use super::Jet;
-use super::analytic::{Analytic, MOST, difference, dot};
+use super::analytic::{Analytic, MAX_VALUES, difference, dot};
 use super::axis::Axis;
 use super::error::{FieldError, positive};
 use super::formula::Number;
@@ -87,7 +87,7 @@ impl Analytic for Selfoc {
     const PARAMETERS: &'static [(&'static str, usize)] =
         &[("n0", 1), ("alpha", 1), ("origin", 3), ("direction", 3)];
 
-    fn numbers(&self) -> [f64; MOST] {
+    fn numbers(&self) -> [f64; MAX_VALUES] {
         let [x, y, z] = self.axis.origin().to_array();
         let [u, v, w] = self.axis.direction().to_array();
         [self.n2_axis.sqrt(), self.alpha, x, y, z, u, v, w]

@@ -12,13 +12,13 @@ pub(super) struct Steepness {
 /// Ratio of length scales to the length L at which the fifth derivative of a ray with respect to σ
 /// is n⁵L⁻⁴. It exceeds one because bounds over a ball of this radius exceed the derivatives on
 /// typical rays.
-const FOURTH: f64 = 2.0;
+const LENGTH_SCALE_RATIO: f64 = 2.0;
 /// Maximum number of steps that enlarge or shrink a radius in the search for a length.
-const MOST_STEPS: usize = 60;
+const MAX_STEPS: usize = 60;
 /// Number of bisections; enough that no bit changes.
 const BISECTIONS: usize = 60;
 /// Smallest length, in scene units: where n² is not positive there are no rays.
-const LEAST: f64 = 1e-9;
+const MIN_LENGTH: f64 = 1e-9;
 
 impl Steepness {
     /// Returns the smallest of three lengths. Over the first, derivatives of this size change n² by
@@ -31,7 +31,9 @@ impl Steepness {
         };
         let second = (2.0 * ratio(self.second)).sqrt();
         let fourth = (2.0 * ratio(self.fourth)).sqrt().sqrt();
-        ratio(self.first).min(second).min(FOURTH * fourth)
+        ratio(self.first)
+            .min(second)
+            .min(LENGTH_SCALE_RATIO * fourth)
     }
 }
 
@@ -43,15 +45,15 @@ pub(super) fn length_at(n2: f64, around: impl Fn(f64) -> Steepness) -> f64 {
     // Bracket the largest radius that its own derivatives allow.
     let allows = |radius: f64| around(radius).length(n2) >= radius;
     let (mut low, mut high) = (0.0, 1.0);
-    for _ in 0..MOST_STEPS {
+    for _ in 0..MAX_STEPS {
         if !allows(high) {
             break;
         }
         (low, high) = (high, 16.0 * high);
     }
     if low == 0.0 {
-        for _ in 0..MOST_STEPS {
-            if high < LEAST || allows(0.25 * high) {
+        for _ in 0..MAX_STEPS {
+            if high < MIN_LENGTH || allows(0.25 * high) {
                 break;
             }
             high *= 0.25;
@@ -69,7 +71,7 @@ pub(super) fn length_at(n2: f64, around: impl Fn(f64) -> Steepness) -> f64 {
             high = middle;
         }
     }
-    low.max(LEAST)
+    low.max(MIN_LENGTH)
 }
 
 /// Returns the length that is at most the length scale anywhere in a region with values n² of at

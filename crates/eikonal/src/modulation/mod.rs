@@ -10,14 +10,14 @@ use crate::field::{Modulation, SoundAmplitude};
 use crate::ray::Arc;
 use glam::{DVec2, DVec3};
 use panel::{Node, Panel};
-use rule::{MOST_INNER, RULES, Rule, TABULATED};
+use rule::{MAX_INNER, RULES, Rule, TABULATED_RULES};
 
 /// Smallest modulation to which the accuracy is relative, as a fraction of the largest modulation.
-const FAINT: f64 = 1e-3;
+const MIN_RELATIVE_MODULATION: f64 = 1e-3;
 /// Maximum number of times that a panel is halved.
-const MOST_HALVINGS: u32 = 12;
+const MAX_HALVINGS: u32 = 12;
 /// Longest arc, in wavelengths of the sound. Such an arc takes more than a second of computation.
-const LONGEST: f64 = 5e5;
+const MAX_ARC_LENGTH: f64 = 5e5;
 
 /// Purpose of panels.
 #[derive(Clone, Copy)]
@@ -34,7 +34,7 @@ impl Purpose {
     fn rules(self) -> (&'static [Rule], fn(&Rule) -> f64) {
         match self {
             Purpose::Total => (&RULES, |rule| rule.longest),
-            Purpose::Within => (&RULES[..TABULATED], |rule| rule.longest_within),
+            Purpose::Within => (&RULES[..TABULATED_RULES], |rule| rule.longest_within),
         }
     }
 
@@ -69,12 +69,12 @@ pub struct ModulationQuadrature(&'static Rule);
 
 impl ModulationQuadrature {
     /// Maximum number of places between the ends of a part.
-    pub const MOST_PLACES: usize = MOST_INNER;
+    pub const MAX_PLACES: usize = MAX_INNER;
 
     /// Returns the places between the ends of the part at which the quadrature needs values of the
     /// sound, and the number of valid places.
     #[inline]
-    pub fn places(self, arc: &Arc, [from, to]: [f64; 2]) -> ([DVec3; MOST_INNER], usize) {
+    pub fn places(self, arc: &Arc, [from, to]: [f64; 2]) -> ([DVec3; MAX_INNER], usize) {
         let place = |share| arc.position(from + share * (to - from));
         (self.0.inner.map(place), self.0.inner_count)
     }
@@ -109,13 +109,13 @@ impl Modulation {
         arc: &Arc,
         [from, to]: [f64; 2],
         ends: [&SoundAmplitude; 2],
-        values: &[DVec2; MOST_INNER],
+        values: &[DVec2; MAX_INNER],
     ) -> DVec2 {
         let ends = [Node::new(arc, from, ends[0]), Node::new(arc, to, ends[1])];
         let panel = Panel::new(ends, *values, quadrature.0);
         let mut sum = DVec2::ZERO;
         let mut add = |panel: &Panel| sum += panel.integral;
-        self.accept(arc, &panel, MOST_HALVINGS, &mut add);
+        self.accept(arc, &panel, MAX_HALVINGS, &mut add);
         0.5 * arc.h() * sum
     }
 
@@ -146,7 +146,7 @@ impl Modulation {
     ) -> DVec2 {
         let wavelengths = length_estimate(arc, [from, to]) * self.per_wavelength;
         // The estimate may be negative by rounding.
-        if !(-LONGEST..LONGEST).contains(&wavelengths) {
+        if !(-MAX_ARC_LENGTH..MAX_ARC_LENGTH).contains(&wavelengths) {
             return DVec2::NAN;
         }
         let (rule, panels) = purpose.panels(wavelengths);
@@ -157,7 +157,7 @@ impl Modulation {
             } else {
                 self.node(arc, from + (to - from) * (i as f64 / panels as f64))
             };
-            self.panel(arc, rule, [start, end], MOST_HALVINGS, &mut |panel| {
+            self.panel(arc, rule, [start, end], MAX_HALVINGS, &mut |panel| {
                 see(0.5 * arc.h() * sum, panel);
                 sum += panel.integral;
             });
@@ -182,7 +182,7 @@ impl Modulation {
         see: &mut impl FnMut(&Panel),
     ) {
         let [start, end] = ends;
-        let mut inner = [DVec2::ZERO; MOST_INNER];
+        let mut inner = [DVec2::ZERO; MAX_INNER];
         let shares = &rule.inner[..rule.inner_count];
         for (value, share) in inner.iter_mut().zip(shares) {
             let theta = start.theta + share * (end.theta - start.theta);
@@ -194,7 +194,7 @@ impl Modulation {
     /// Accepts a panel if it is smooth, otherwise refines it.
     #[inline]
     fn accept(&self, arc: &Arc, panel: &Panel, halvings: u32, see: &mut impl FnMut(&Panel)) {
-        if halvings == 0 || panel.is_smooth(FAINT * self.largest) {
+        if halvings == 0 || panel.is_smooth(MIN_RELATIVE_MODULATION * self.largest) {
             see(panel);
         } else {
             self.finer(arc, panel.rule, panel.ends, halvings, see);

@@ -1,6 +1,6 @@
 //! Parts of an arc along which the modulation of the optical length is known.
 
-use super::rule::{COEFFICIENTS, MOST_INNER, Rule};
+use super::rule::{COEFFICIENTS, MAX_INNER, Rule};
 use crate::field::SoundAmplitude;
 use crate::ray::Arc;
 use glam::DVec2;
@@ -23,7 +23,7 @@ pub struct ModulationPanel {
 pub(super) struct Panel {
     pub ends: [Node; 2],
     /// Values at inner places, padded with zeros.
-    pub inner: [DVec2; MOST_INNER],
+    pub inner: [DVec2; MAX_INNER],
     pub rule: &'static Rule,
     /// Integral ∫ m dθ.
     pub integral: DVec2,
@@ -51,7 +51,7 @@ impl Node {
 
 impl Panel {
     #[inline]
-    pub(super) fn new(ends: [Node; 2], inner: [DVec2; MOST_INNER], rule: &'static Rule) -> Self {
+    pub(super) fn new(ends: [Node; 2], inner: [DVec2; MAX_INNER], rule: &'static Rule) -> Self {
         let [start, end] = &ends;
         let width = end.theta - start.theta;
         let slopes = (start.slope - end.slope) * (rule.slopes * width);
@@ -118,7 +118,7 @@ impl Panel {
 
 /// Returns the weighted sum of values.
 #[inline]
-fn weighted([a, b, c]: &[DVec2; MOST_INNER], weights: &[f64; MOST_INNER]) -> DVec2 {
+fn weighted([a, b, c]: &[DVec2; MAX_INNER], weights: &[f64; MAX_INNER]) -> DVec2 {
     *a * weights[0] + *b * weights[1] + *c * weights[2]
 }
 

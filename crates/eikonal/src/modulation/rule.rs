@@ -3,11 +3,11 @@
 //! sound upwards (docs/theory.md#tagged-light). `scripts/fit_quadratures.py` computes the numbers.
 
 /// Maximum number of inner values.
-pub(super) const MOST_INNER: usize = 3;
+pub(super) const MAX_INNER: usize = 3;
 /// Number of rules that are accurate enough within panels.
-pub(super) const TABULATED: usize = 3;
+pub(super) const TABULATED_RULES: usize = 3;
 /// Maximum number of coefficients of the polynomials within panels.
-pub(super) const COEFFICIENTS: usize = TABULATED + 3;
+pub(super) const COEFFICIENTS: usize = TABULATED_RULES + 3;
 
 /// A quadrature on [0, 1].
 #[derive(Debug)]
@@ -15,18 +15,18 @@ pub(super) struct Rule {
     /// Longest panel, in wavelengths, along which the rule integrates a plane wave to 1e-4.
     pub longest: f64,
     /// Inner places, padded with zeros.
-    pub inner: [f64; MOST_INNER],
+    pub inner: [f64; MAX_INNER],
     /// Number of inner places.
     pub inner_count: usize,
     /// Weights of the inner places, padded with zeros.
-    pub weights: [f64; MOST_INNER],
+    pub weights: [f64; MAX_INNER],
     /// Weight of the sum of the values at the two ends. `slopes` is the weight of the difference of
     /// the derivatives at the ends.
     pub ends: f64,
     pub slopes: f64,
     /// Weights of the inner places in a quadrature without derivatives. `plain_ends` is the weight
     /// of the values at the ends.
-    pub plain_weights: [f64; MOST_INNER],
+    pub plain_weights: [f64; MAX_INNER],
     pub plain_ends: f64,
     /// Largest difference of the two quadratures, in units of m, if m is as smooth as a wave: 1.5
     /// times the difference along the longest panel.
@@ -43,7 +43,7 @@ pub(super) struct Rule {
 type Polynomials = [[f64; COEFFICIENTS]; COEFFICIENTS];
 
 /// Rules by their number of inner values.
-pub(super) const RULES: [Rule; MOST_INNER + 1] = [
+pub(super) const RULES: [Rule; MAX_INNER + 1] = [
     Rule {
         longest: 0.12,
         inner: [0.0, 0.0, 0.0],
@@ -234,7 +234,7 @@ mod tests {
     fn plane_waves_are_integrated_to_a_ten_thousandth() {
         for rule in &RULES {
             for wave in Wave::all(rule.longest) {
-                let inner = |weights: &[f64; MOST_INNER]| {
+                let inner = |weights: &[f64; MAX_INNER]| {
                     let terms = rule.inner.iter().zip(weights);
                     terms.map(|(x, w)| w * wave.at(*x)).sum::<f64>()
                 };
@@ -250,7 +250,7 @@ mod tests {
 
     #[test]
     fn plane_waves_are_integrated_up_to_any_place_to_a_thousandth() {
-        for rule in &RULES[..TABULATED] {
+        for rule in &RULES[..TABULATED_RULES] {
             for wave in Wave::all(rule.longest_within) {
                 let ends = [0.0, 1.0].map(|x| [wave.at(x), wave.slope(x)]);
                 let inner = rule.inner.iter().map(|x| wave.at(*x));

@@ -4,7 +4,7 @@ use crate::bounds::Aabb;
 use glam::DVec3;
 
 /// Change of θ below which a Newton step is the last: the next change would be about its square.
-const LAST_STEP: f64 = 1e-5;
+const MAX_LAST_STEP: f64 = 1e-5;
 
 /// A piece of a ray over a span `h` of σ: x(θ), θ ∈ [0, 1], σ = σ₀ + hθ.
 ///
@@ -248,7 +248,7 @@ impl Arc {
             let excess = self.integrate(control, theta, f) - target;
             let change = excess / rate(theta);
             theta = (theta - change).clamp(0.0, 1.0);
-            if change.abs() < LAST_STEP {
+            if change.abs() < MAX_LAST_STEP {
                 break;
             }
         }
@@ -295,7 +295,7 @@ impl Arc {
             } else {
                 0.5 * (low + high)
             };
-            if inside && change.abs() < LAST_STEP {
+            if inside && change.abs() < MAX_LAST_STEP {
                 break;
             }
         }

@@ -57,13 +57,13 @@ impl AddAssign for Work {
 /// Longest step relative to the step that is expected to keep the tolerance. A step also never
 /// exceeds the field's length scale. Thus it cannot jump over a feature, whatever the error
 /// estimate is.
-const MOST_OVER_EXPECTED: f64 = 1.25;
+const MAX_STEP_RATIO: f64 = 1.25;
 /// Largest size of a repeated step, relative to the step that would just have been accepted.
 const SAFETY: f64 = 0.9;
 
 /// Denominator of the error of a step: where the field turns a ray at the rate Ω per unit of σ, the
 /// error is h⁵Ω⁴n over this.
-const ERROR: f64 = 11520.0;
+const ERROR_DENOMINATOR: f64 = 11520.0;
 
 /// A ray traced through one field.
 ///
@@ -160,7 +160,7 @@ impl<'a, V: Variation> Flow<'a, V> {
     /// Returns the longest span of σ that cannot jump over a feature of the field.
     fn longest(&mut self) -> f64 {
         let n = self.node.v.length();
-        let multiple = (MOST_OVER_EXPECTED * self.expected).min(1.0);
+        let multiple = (MAX_STEP_RATIO * self.expected).min(1.0);
         multiple * self.length_scale() / n
     }
 
@@ -180,7 +180,7 @@ impl<'a, V: Variation> Flow<'a, V> {
 
 /// Returns the expected step that keeps the tolerance, in units of the length scale.
 pub(super) fn expected_step(tolerance: Tolerance) -> f64 {
-    fourth_root(ERROR * tolerance.get())
+    fourth_root(ERROR_DENOMINATOR * tolerance.get())
 }
 
 /// Returns x^¼ by square roots, which every processor rounds alike.

@@ -63,9 +63,9 @@ pub struct March {
 }
 
 /// Longest arc length of a ray: polynomials of longer arcs would overflow.
-const FARTHEST: f64 = 1e100;
+const MAX_ARC_LENGTH: f64 = 1e100;
 /// Maximum number of steps of a ray; only rays that circle for ever need more.
-const MOST_STEPS: usize = 1_000_000;
+const MAX_STEPS: usize = 1_000_000;
 
 /// Traces a ray from `x` in a `direction` of any finite length except zero. The ray ends at `stop`,
 /// at the arc length `limit`, or after a million steps. Calls `visit` with every step, and with the
@@ -91,14 +91,14 @@ pub fn march(
         stopped: false,
     };
     let goes = limit > 0.0 && start.v.is_finite();
-    let limit = limit.min(FARTHEST);
+    let limit = limit.min(MAX_ARC_LENGTH);
     let mut flow = Flow::new(field, start, tolerance);
     let mut stop = Progress {
         stop,
         done: 0.0,
         nearing: false,
     };
-    let most_steps = if goes { MOST_STEPS } else { 0 };
+    let most_steps = if goes { MAX_STEPS } else { 0 };
     for _ in 0..most_steps {
         // Take a step, at most to the limit.
         let remaining = limit - ray.arc_length;

@@ -105,7 +105,7 @@ impl<V: Variation> Node<V> {
 
 /// Length of an arc, relative to its distance from the origin, below which round-off of positions
 /// matters.
-const SHORT: f64 = 1e-6;
+const MIN_RELATIVE_LENGTH: f64 = 1e-6;
 
 /// A step of a ray: its two ends and the curve between them.
 #[derive(Clone, Copy, Debug)]
@@ -190,7 +190,7 @@ impl<V: Variation> Step<V> {
     /// ends, because round-off of positions would spoil it.
     pub fn velocity(&self, theta: f64) -> DVec3 {
         let (start, end, h) = (&self.start, &self.end, self.arc.h());
-        if h * start.v.length() > SHORT * start.x.length() {
+        if h * start.v.length() > MIN_RELATIVE_LENGTH * start.x.length() {
             return self.arc.velocity(theta);
         }
         let t = theta;

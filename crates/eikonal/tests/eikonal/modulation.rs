@@ -133,7 +133,7 @@ fn along(sound: &Modulation, arc: &Arc, range: [f64; 2]) -> (DVec2, bool) {
     let quadrature = sound.quadrature(arc, range);
     if let Some(quadrature) = quadrature {
         let (places, count) = quadrature.places(arc, range);
-        let mut values = [DVec2::ZERO; ModulationQuadrature::MOST_PLACES];
+        let mut values = [DVec2::ZERO; ModulationQuadrature::MAX_PLACES];
         for (value, x) in values.iter_mut().zip(&places[..count]) {
             *value = sound.value(*x);
         }

@@ -9,7 +9,7 @@ use morgana_eikonal::ray::{Flow, Node, Step, StopCondition, Tangents, march, per
 use morgana_eikonal::{Field, Tolerance, Work};
 use std::f64::consts::PI;
 
-const TIGHT: f64 = 1e-10;
+const TIGHT_TOLERANCE: f64 = 1e-10;
 
 fn gaussian() -> Field {
     Gaussian::new(1.33, 0.15, DVec3::ZERO, 0.25).unwrap().into()
@@ -54,7 +54,7 @@ fn luneburg_focuses_a_parallel_beam_at_the_far_pole() {
         let x = DVec3::new(impact, 0.0, -(1.0f64 - impact * impact).sqrt());
         let node = start_node(&field, x, DVec3::Z);
         // x(σ) = x₀ cos σ + v₀ sin σ: after a quarter period the ray is at v₀.
-        let end = flow(&field, node, PI / 2.0, TIGHT);
+        let end = flow(&field, node, PI / 2.0, TIGHT_TOLERANCE);
         let exact = node.v;
         assert!(
             end.x.distance(exact) < 1e-9,
@@ -68,7 +68,7 @@ fn luneburg_focuses_a_parallel_beam_at_the_far_pole() {
             DVec3::Z,
             &StopCondition::ClosestApproach(DVec3::Z),
             4.0,
-            Tolerance::new(TIGHT),
+            Tolerance::new(TIGHT_TOLERANCE),
             |_, _| {},
         );
         assert!(
@@ -104,7 +104,12 @@ fn selfoc_rays_return_after_one_pitch() {
         .into();
     let x = DVec3::new(0.6, 0.0, 0.0);
     let period = 2.0 * PI / (n0 * alpha);
-    let end = flow(&field, start_node(&field, x, DVec3::Z), period, TIGHT);
+    let end = flow(
+        &field,
+        start_node(&field, x, DVec3::Z),
+        period,
+        TIGHT_TOLERANCE,
+    );
     assert!((end.x.x - 0.6).abs() < 1e-8 && end.x.y.abs() < 1e-12);
     // Reference: 9.191508 for a start at 0.6, in closed form n(x₀)·2π/√0.9.
     assert!((end.x.z - field.n(x) * period).abs() < 1e-8);
@@ -125,7 +130,7 @@ fn fisheye_rays_meet_at_the_conjugate_point() {
         let mut flow = Flow::new(
             &field,
             start_node(&field, x, direction),
-            Tolerance::new(TIGHT),
+            Tolerance::new(TIGHT_TOLERANCE),
         );
         let mut work = Work::default();
         let end = loop {
@@ -147,9 +152,9 @@ fn fisheye_rays_meet_at_the_conjugate_point() {
             optical += length;
             farthest = farthest.max(step.end.x.length());
         };
-        // Rays are circles no wider than 1 + r. Their error is TIGHT per unit length. Some rays
-        // pass distant points where n is small, from which errors grow by up to 1 + r².
-        let allowed = TIGHT * PI * (1.0 + farthest) * (1.0 + farthest * farthest);
+        // Rays are circles no wider than 1 + r. Their error is TIGHT_TOLERANCE per unit length.
+        // Some rays pass distant points where n is small, from which errors grow by up to 1 + r².
+        let allowed = TIGHT_TOLERANCE * PI * (1.0 + farthest) * (1.0 + farthest * farthest);
         assert!(
             end.0.distance(image) < allowed,
             "{k}: {} {farthest}",
@@ -270,9 +275,14 @@ fn the_ray_tube_is_reciprocal() {
             DVec3::new(-0.6, 0.12, 0.07),
             DVec3::new(1.0, -0.1, 0.05),
         );
-        let end = flow(&field, start, 0.9, TIGHT);
+        let end = flow(&field, start, 0.9, TIGHT_TOLERANCE);
         let forward = end.variation.cross_section(end.v).abs() / start.n2;
-        let back = flow(&field, start_node(&field, end.x, -end.v), 0.9, TIGHT);
+        let back = flow(
+            &field,
+            start_node(&field, end.x, -end.v),
+            0.9,
+            TIGHT_TOLERANCE,
+        );
         let backward = back.variation.cross_section(back.v).abs() / end.n2;
         assert!(
             (forward / backward - 1.0).abs() < 1e-8,

@@ -3,34 +3,34 @@
 
 use super::linear::{Solution, dot, point, vector};
 use super::rule::{Probes, QuadratureRule, Row, sum};
-use super::{BoundaryProblem, COARSE, CollocatedRay, Collocation};
+use super::{BoundaryProblem, CHORD_RULE, CollocatedRay, Collocation};
 use crate::ray::Arc;
 use fearless_simd::{Simd, f64x4};
 use glam::DVec3;
 use std::ops::ControlFlow;
 
 /// Maximum number of rounds of Newton's method.
-const MOST_ROUNDS: usize = 2;
+const MAX_ROUNDS: usize = 2;
 /// Relative error of the Jacobian in units of c²/(a d). c are the last coefficients of u″, a is the
 /// largest |u″|, and d is the length of the chord. It is quadratic because Gauss's quadrature errs
 /// by coefficients twice as far out. The value is several times the largest error seen over fields
 /// of grids, bumps and sound.
-const PER_TAIL: f64 = 0.02;
+const ERROR_PER_TAIL: f64 = 0.02;
 /// Relative error of the Jacobian per displacement since the Hessians were evaluated, in chords,
 /// and per squared length of the chord in length scales. The value is as large as the errors seen
 /// (0.06 to 0.15, by field).
-const PER_SHIFT: f64 = 0.14;
+const ERROR_PER_SHIFT: f64 = 0.14;
 /// Relative error of the Jacobian per displacement and per change of the Hessians with
 /// displacement, in units of 1/σ₁². The change is estimated from the chord, hence in one direction
 /// only. Errors of at most 0.4 were seen. The value is much larger because it serves fields with
 /// quadratic n², where Hessians do not change; a smaller value would hardly save a round elsewhere.
-const PER_CHANGE: f64 = 30.0;
+const ERROR_PER_CHANGE: f64 = 30.0;
 /// Fraction of the Hessians' change that is assumed to remain after probes. With 0.02 instead, the
 /// largest errors of the Jacobian begin to grow over fields of grids, bumps and sound.
-const LEFT: f64 = 0.05;
+const REMAINING_CHANGE: f64 = 0.05;
 /// Largest number of nodes with which probes are used. On longer chords, which take more nodes,
 /// probes leave more than a third of the change.
-const MOST_PROBED: usize = 6;
+const MAX_PROBED_NODES: usize = 6;
 
 /// Collocation rule for the ray itself: N nodes and M arcs, after a rule of K nodes.
 pub(super) struct Level<const K: usize, const N: usize, const M: usize> {
@@ -63,7 +63,7 @@ impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
         let mut coarsen = [[0.0; N]; 3];
         let mut i = 0;
         while i < 3 {
-            coarsen[i] = rule.row(COARSE.nodes[i]).value;
+            coarsen[i] = rule.row(CHORD_RULE.nodes[i]).value;
             i += 1;
         }
         let start = rule.row(0.0);
@@ -114,7 +114,7 @@ impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
         for (u, row) in u.iter_mut().zip(&self.refine) {
             *u = sum(row, &before);
         }
-        for _ in 0..MOST_ROUNDS {
+        for _ in 0..MAX_ROUNDS {
             *found.evaluations += N as u64;
             let Some(mut solution) = Solution::new(simd, &self.rule, problem, &u) else {
                 return ControlFlow::Break(None);
@@ -126,7 +126,7 @@ impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
             // Planted error "a ray without a shot after one round, whatever the Hessians", found by morgana-eikonal/eikonal::collocation::rays_are_as_good_as_the_tolerance_says:
             // if tolerated2 < 0.0 {
             if tolerated2 < 1.0 {
-                if N > MOST_PROBED || tolerated2 < LEFT * LEFT {
+                if N > MAX_PROBED_NODES || tolerated2 < REMAINING_CHANGE * REMAINING_CHANGE {
                     u = solution.u;
                     continue;
                 }
@@ -150,7 +150,7 @@ impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
         solution: &Solution<S, N>,
         from: &[f64x4<S>; N],
     ) -> f64 {
-        let per = PER_SHIFT * problem.spanned * problem.spanned / problem.tolerance;
+        let per = ERROR_PER_SHIFT * problem.spanned * problem.spanned / problem.tolerance;
         let by_scale2 = problem.d2 / (per * per * solution.shift2);
         if by_scale2 >= 1.0 {
             return by_scale2;
@@ -166,7 +166,7 @@ impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
             displaced2 = displaced2.max(dot(*u, *u));
         }
         let change2 = 4.0 * most / (displaced2 * displaced2);
-        let per = PER_CHANGE * solution.span2 / problem.tolerance;
+        let per = ERROR_PER_CHANGE * solution.span2 / problem.tolerance;
         by_scale2.max(1.0 / (per * per * change2 * solution.shift2))
     }
 
@@ -180,7 +180,7 @@ impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
         for a in solution.a {
             most2 = most2.max(dot(a, a));
         }
-        PER_TAIL * tail2 * solution.span2 <= problem.tolerance * (most2 * problem.d2).sqrt()
+        ERROR_PER_TAIL * tail2 * solution.span2 <= problem.tolerance * (most2 * problem.d2).sqrt()
     }
 
     /// Returns the ray of a solution, and stores its arcs; `None` if it leaves the field, or its

@@ -14,11 +14,11 @@ use fearless_simd::{Simd, SimdFloat, SimdFrom, f64x4};
 use glam::{DMat3, DVec3};
 
 /// Maximum number of sweeps of an iteration.
-const MOST_SWEEPS: usize = 12;
+const MAX_SWEEPS: usize = 12;
 /// Largest ratio of the mean squared changes of consecutive sweeps.
-const SMALLER: f64 = 0.25;
+const MAX_CHANGE_RATIO: f64 = 0.25;
 /// Predicted next change, in tolerances, below which sweeps end.
-const SETTLED: f64 = 0.02;
+const MAX_NEXT_CHANGE: f64 = 0.02;
 
 /// A ray in linear forces around given displacements.
 pub(super) struct Solution<S: Simd, const N: usize> {
@@ -69,9 +69,9 @@ impl<S: Simd, const N: usize> Solution<S, N> {
             solution.force[i] = vector(simd, jet.grad * 0.5);
             solution.half_hess[i] = half(simd, jet.hess);
         }
-        let settled = (SETTLED * problem.tolerance).powi(2) * problem.d2;
+        let settled = (MAX_NEXT_CHANGE * problem.tolerance).powi(2) * problem.d2;
         let mut last = f64::INFINITY;
-        for _ in 0..MOST_SWEEPS {
+        for _ in 0..MAX_SWEEPS {
             let change = solution.sweep(rule, problem.d2, from);
             // Predict the change by the next sweep: sweeps converge geometrically.
             let ratio = if last.is_finite() { change / last } else { 1.0 };
@@ -80,7 +80,7 @@ impl<S: Simd, const N: usize> Solution<S, N> {
                 solution.shift2 = mean_square(rule, &solution.u, from);
                 return Some(solution);
             }
-            if change.is_nan() || change >= SMALLER * last {
+            if change.is_nan() || change >= MAX_CHANGE_RATIO * last {
                 return None;
             }
             last = change;
@@ -218,7 +218,7 @@ impl<S: Simd, const N: usize> Solution<S, N> {
         let settled = tolerance * tolerance * most;
         // Compare the first change with the tangents themselves; ratios of changes only fall.
         let mut last = most;
-        for _ in 0..MOST_SWEEPS {
+        for _ in 0..MAX_SWEEPS {
             // Advance both columns together, because neither depends on the other.
             let [first, second] = &mut dx;
             let ends = [

@@ -25,7 +25,7 @@ use level::Level;
 use std::ops::ControlFlow;
 
 /// Rule for the chord. Every point of the chord is within a fifth of the chord from a node.
-const COARSE: QuadratureRule<3> = QuadratureRule::new();
+const CHORD_RULE: QuadratureRule<3> = QuadratureRule::new();
 static SHORTEST: Level<3, 4, 1> = Level::new();
 static SHORT: Level<3, 6, 2> = Level::new();
 static MIDDLE: Level<6, 8, 3> = Level::new();
@@ -33,7 +33,7 @@ static LONG: Level<8, 12, 4> = Level::new();
 
 /// Longest chord for each level, in length scales, at the tolerance 1e-4. On a longer chord, the
 /// nodes might miss a feature of the field.
-const SPANNED: [f64; 4] = [1.5, 3.5, 4.5, 7.0];
+const MAX_CHORDS: [f64; 4] = [1.5, 3.5, 4.5, 7.0];
 
 /// A ray found by collocation.
 pub(super) struct CollocatedRay {
@@ -92,7 +92,7 @@ fn collocated_by(
     found: &mut Collocation,
 ) -> Option<CollocatedRay> {
     // Measure the chord in length scales.
-    let at = COARSE.nodes.map(|t| x + chord * t);
+    let at = CHORD_RULE.nodes.map(|t| x + chord * t);
     let scales = at.map(|x| field.length_scale(x));
     let mut problem = BoundaryProblem {
         field,
@@ -106,7 +106,7 @@ fn collocated_by(
     // Scale the limits by the tolerance: errors are of the sixth (arcs) to sixteenth order in the
     // chord's length.
     let most = (1e4 * tolerance).sqrt().sqrt().sqrt();
-    let level = |spanned: f64| SPANNED.iter().position(|s| spanned <= s * most);
+    let level = |spanned: f64| MAX_CHORDS.iter().position(|s| spanned <= s * most);
     let first = level(problem.spanned).or_else(|| {
         let along = at.map(|x| field.step_scale(x, chord));
         level(chord.length() / along.into_iter().fold(f64::INFINITY, f64::min))
@@ -151,13 +151,13 @@ impl BoundaryProblem<'_> {
     /// Returns u″ at the coarse nodes, given n² at these nodes on the chord.
     fn first_order(&self, mut n2: [f64; 3]) -> [DVec3; 3] {
         let a = self.on_chord;
-        let straight = self.d2 / sum(&COARSE.weights, &n2);
+        let straight = self.d2 / sum(&CHORD_RULE.weights, &n2);
         for (i, n2) in n2.iter_mut().enumerate() {
             // Add 2a·u, for n² at the displaced point, and a·u.
-            let u = sum(&COARSE.rows[i].displacement, &a) * straight;
+            let u = sum(&CHORD_RULE.rows[i].displacement, &a) * straight;
             *n2 += 3.0 * a[i].dot(u);
         }
-        let span2 = self.d2 / sum(&COARSE.weights, &n2);
+        let span2 = self.d2 / sum(&CHORD_RULE.weights, &n2);
         a.map(|a| a * span2)
     }
 }

@@ -8,10 +8,10 @@
 use crate::lanes::Summand;
 
 /// Number of Legendre polynomials computed; more than the degree of any rule plus two.
-const DEGREES: usize = 16;
+const POLYNOMIALS: usize = 16;
 /// Number of iterations of Newton's method on Legendre polynomials, from the right: far more than
 /// needed.
-const ROUNDS: usize = 100;
+const ITERATIONS: usize = 100;
 
 /// The rule of N nodes on [0, 1].
 pub(crate) struct QuadratureRule<const N: usize> {
@@ -165,7 +165,7 @@ impl<const N: usize> Row<N> {
 }
 
 /// Returns u′ and u for f = Pₖ(2t − 1), given the Legendre polynomials `p` at 2t − 1.
-const fn integrals(k: usize, t: f64, p: &[f64; DEGREES]) -> [f64; 2] {
+const fn integrals(k: usize, t: f64, p: &[f64; POLYNOMIALS]) -> [f64; 2] {
     match k {
         0 => [t - 0.5, 0.5 * t * (t - 1.0)],
         1 => [t * (t - 1.0) + 1.0 / 6.0, t * (t - 0.5) * (t - 1.0) / 3.0],
@@ -180,11 +180,11 @@ const fn integrals(k: usize, t: f64, p: &[f64; DEGREES]) -> [f64; 2] {
 }
 
 /// Returns Legendre polynomials at `z`.
-const fn legendre(z: f64) -> [f64; DEGREES] {
-    let mut p = [1.0; DEGREES];
+const fn legendre(z: f64) -> [f64; POLYNOMIALS] {
+    let mut p = [1.0; POLYNOMIALS];
     p[1] = z;
     let mut k = 1;
-    while k + 1 < DEGREES {
+    while k + 1 < POLYNOMIALS {
         let n = k as f64;
         p[k + 1] = ((2.0 * n + 1.0) * z * p[k] - n * p[k - 1]) / (n + 1.0);
         k += 1;
@@ -200,7 +200,7 @@ const fn roots<const N: usize>() -> [f64; N] {
     while known < N {
         let mut z = 1.1;
         let mut round = 0;
-        while round < ROUNDS {
+        while round < ITERATIONS {
             let p = legendre(z);
             let slope = N as f64 * (z * p[N] - p[N - 1]) / (z * z - 1.0);
             let mut others = 0.0;

@@ -6,17 +6,17 @@ use super::lattice::PAD;
 use crate::bounds::FieldBounds;
 
 /// Smallest number of cells of a block along each axis. Blocks of larger grids have more cells, so
-/// that [`FINEST`] blocks cover an axis.
-const EDGE: usize = 8;
+/// that [`MAX_BLOCKS`] blocks cover an axis.
+const MIN_BLOCK_CELLS: usize = 8;
 /// Maximum number of the smallest blocks along an axis, except blocks outside the samples.
-const FINEST: usize = 32;
+const MAX_BLOCKS: usize = 32;
 /// Number of blocks of cells outside the samples, at either end of each axis.
-const OUTSIDE: usize = 2;
+const OUTSIDE_BLOCKS: usize = 2;
 /// Largest number of cells that are bounded exactly.
-const FEW: usize = 1000;
+const MAX_EXACT_CELLS: usize = 1000;
 /// Maximum number of blocks along each axis whose bounds are merged; blocks of the smallest size
 /// that suffices are used.
-const MOST: usize = 16;
+const MAX_MERGED_BLOCKS: usize = 16;
 
 /// A range of cells along each axis, both ends included.
 pub(super) type Cells = [[isize; 2]; 3];
@@ -43,14 +43,14 @@ impl Blocks {
     /// Returns true if a range of cells is so large that blocks pay off.
     pub(super) fn pay(cells: &Cells) -> bool {
         let count: usize = cells.iter().map(|[a, b]| (b - a + 1) as usize).product();
-        count > FEW
+        count > MAX_EXACT_CELLS
     }
 
     /// Computes the blocks of a grid.
     pub(super) fn new(grid: &Bspline, samples: [usize; 3]) -> Self {
         let longest = samples.into_iter().max().unwrap_or(1);
-        let edge = EDGE.max(longest.div_ceil(FINEST).next_power_of_two());
-        let dims = samples.map(|n| (n - 1).div_ceil(edge) + 2 * OUTSIDE);
+        let edge = MIN_BLOCK_CELLS.max(longest.div_ceil(MAX_BLOCKS).next_power_of_two());
+        let dims = samples.map(|n| (n - 1).div_ceil(edge) + 2 * OUTSIDE_BLOCKS);
         let block = |place: [usize; 3]| {
             grid.bounds_in(&std::array::from_fn(|axis| {
                 let (end, beyond) = (samples[axis] as isize - 1, 2 + PAD as isize);
@@ -60,14 +60,17 @@ impl Blocks {
                     (_, 1) => [end + 1, end + beyond],
                     (_, 2) => [end, end],
                     (i, _) => {
-                        let start = ((i - OUTSIDE) * edge) as isize;
+                        let start = ((i - OUTSIDE_BLOCKS) * edge) as isize;
                         [start, (start + edge as isize).min(end) - 1]
                     }
                 }
             }))
         };
         let mut levels = vec![Level::from_fn(edge, dims, block)];
-        while let Some(level) = levels.last().filter(|l| l.dims.iter().any(|n| *n > MOST)) {
+        while let Some(level) = levels
+            .last()
+            .filter(|l| l.dims.iter().any(|n| *n > MAX_MERGED_BLOCKS))
+        {
             levels.push(level.coarser());
         }
         Blocks { samples, levels }
@@ -76,7 +79,7 @@ impl Blocks {
     /// Returns bounds over a range of cells, and over the rest of the blocks that contain them.
     pub(super) fn bounds(&self, cells: &Cells) -> Option<FieldBounds> {
         let span = |level: &Level| level.span(cells, self.samples);
-        let fits = |level: &&Level| span(level).iter().all(|[a, b]| b - a < MOST);
+        let fits = |level: &&Level| span(level).iter().all(|[a, b]| b - a < MAX_MERGED_BLOCKS);
         let level = self.levels.iter().find(fits)?;
         level.union(span(level))
     }
@@ -103,18 +106,18 @@ impl Level {
     fn coarser(&self) -> Level {
         let dims = self
             .dims
-            .map(|n| (n - 2 * OUTSIDE).div_ceil(2) + 2 * OUTSIDE);
+            .map(|n| (n - 2 * OUTSIDE_BLOCKS).div_ceil(2) + 2 * OUTSIDE_BLOCKS);
         Level::from_fn(2 * self.edge, dims, |place| {
             let parts = std::array::from_fn(|axis| {
                 let (i, from_end) = (place[axis], dims[axis] - place[axis]);
                 let end = self.dims[axis];
-                if i < OUTSIDE {
+                if i < OUTSIDE_BLOCKS {
                     [i, i]
-                } else if from_end <= OUTSIDE {
+                } else if from_end <= OUTSIDE_BLOCKS {
                     [end - from_end, end - from_end]
                 } else {
-                    let first = 2 * i - OUTSIDE;
-                    [first, (first + 1).min(end - OUTSIDE - 1)]
+                    let first = 2 * i - OUTSIDE_BLOCKS;
+                    [first, (first + 1).min(end - OUTSIDE_BLOCKS - 1)]
                 }
             });
             self.union(parts).unwrap_or(self.bounds[0])
@@ -128,7 +131,7 @@ impl Level {
             cells[axis].map(|c| match c {
                 ..-1 => 0,
                 -1 => 1,
-                c if c < end => OUTSIDE + c as usize / self.edge,
+                c if c < end => OUTSIDE_BLOCKS + c as usize / self.edge,
                 c if c == end => blocks - 2,
                 _ => blocks - 1,
             })

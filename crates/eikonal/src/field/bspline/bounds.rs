@@ -17,7 +17,7 @@ use std::sync::{MutexGuard, PoisonError};
 
 /// Maximum number of boxes whose bounds a field stores: four shapes, covered by at most 16³ boxes
 /// each. They take at most 1.5 MB.
-const MOST_STORED: usize = 4 * 4096;
+const MAX_STORED_BOXES: usize = 4 * 4096;
 
 impl Bspline {
     pub(in crate::field) fn bounds(&self, region: &Aabb) -> FieldBounds {
@@ -40,7 +40,7 @@ impl Bspline {
         }
         let bounds = self.bounds(region);
         let mut stored = self.stored();
-        if stored.len() < MOST_STORED {
+        if stored.len() < MAX_STORED_BOXES {
             stored.insert(cells, bounds);
         }
         bounds

@@ -16,7 +16,7 @@ const ROW: usize = 8;
 /// Coefficients of 1, t, t², t³ of the basis functions, and of their first derivatives, in single
 /// precision.
 const VALUE: [[f32; 4]; 4] = single(&weights::VALUE);
-const FIRST: [[f32; 4]; 3] = single(&weights::FIRST);
+const FIRST_DERIVATIVE: [[f32; 4]; 3] = single(&weights::FIRST_DERIVATIVE);
 
 /// A tricubic B-spline of complex values.
 #[derive(Clone, Debug)]
@@ -169,7 +169,7 @@ fn value_weights<S: Simd>(simd: S, t: f64) -> f32x4<S> {
 #[inline(always)]
 fn first_weights<S: Simd>(simd: S, t: f64) -> f32x4<S> {
     let c = |c: &[f32; 4]| f32x4::from_slice(simd, c);
-    let ([f0, f1, f2], t) = (&FIRST, t as f32);
+    let ([f0, f1, f2], t) = (&FIRST_DERIVATIVE, t as f32);
     c(f0).plus(t, c(f1).plus(t, c(f2)))
 }
 

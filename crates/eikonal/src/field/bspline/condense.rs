@@ -11,27 +11,27 @@ use std::sync::Arc;
 
 /// Smallest number of coefficients of grids that are condensed. Smaller grids fit into the
 /// processor's cache.
-const FEW: usize = 1 << 20;
-/// Factors by which samples along an axis are thinned, if at least `FEWEST` of them are kept.
+const MIN_COEFFICIENTS: usize = 1 << 20;
+/// Factors by which samples along an axis are thinned, if at least `MIN_SAMPLES` of them are kept.
 const FACTORS: [usize; 5] = [8, 6, 4, 3, 2];
-const FEWEST: usize = 16;
+const MIN_SAMPLES: usize = 16;
 /// Index after the last factor: no thinning.
 const NONE: usize = FACTORS.len();
 /// Largest number of samples along an axis: whole lines are examined, which pays off for many
 /// parallel lines.
-const LONGEST: usize = 1 << 13;
+const MAX_SAMPLES: usize = 1 << 13;
 /// Number of lines along an axis that are examined before any grid is computed, along each of the
 /// two other axes.
 const LINES: usize = 24;
 /// Maximum number of grids that are tried. Each has more samples along the axis that contributes
 /// most to an excessive change by the previous grid.
-const TRIES: usize = 6;
+const MAX_TRIES: usize = 6;
 /// Factor on the tolerance. A sum of changes along the three axes that exceeds the product is
 /// certainly too large. Each change contains the rounding of the sample, at most a fifth of the
 /// tolerance; the combined change contains it only once.
-const CERTAIN: f64 = 1.4;
+const EXCESS_FACTOR: f64 = 1.4;
 /// Step between planes that are compared, so that the comparison finds differences early.
-const STRIDE: usize = 7;
+const PLANE_STRIDE: usize = 7;
 
 impl Bspline {
     /// Creates a field through fewer samples than are given. n² changes at no sample by more than
@@ -52,7 +52,7 @@ impl Bspline {
         tolerance: f64,
     ) -> Option<Bspline> {
         let lattice = Lattice::new(dims, bounds, placement).ok()?;
-        if lattice.stored() < FEW {
+        if lattice.stored() < MIN_COEFFICIENTS {
             return None;
         }
         let samples = Samples::new(dims, samples, index)?;
@@ -68,7 +68,7 @@ impl Bspline {
     /// Returns this field with fewer of its samples, like [`Bspline::from_fewer`]. Returns `None`
     /// in the cases listed there.
     pub fn condensed(&self, tolerance: f64) -> Option<Bspline> {
-        if self.is_constant() || self.lattice.stored() < FEW {
+        if self.is_constant() || self.lattice.stored() < MIN_COEFFICIENTS {
             return None;
         }
         let (lattice, data) = fewer(&self.lattice, self, tolerance)?;
@@ -85,7 +85,7 @@ impl Bspline {
 /// their lattice, and the coefficients, in rows, of the spline through them.
 fn fewer(lattice: &Lattice, values: &impl Values, tolerance: f64) -> Option<(Lattice, Vec<f32>)> {
     let dims = values.dims();
-    if !tolerance.is_finite() || dims.into_iter().any(|count| count > LONGEST) {
+    if !tolerance.is_finite() || dims.into_iter().any(|count| count > MAX_SAMPLES) {
         return None;
     }
     // Planted error "grids condensed beyond their tolerance", found by morgana-eikonal/eikonal::condensed::grids_as_fine_as_their_field_stay:
@@ -94,11 +94,11 @@ fn fewer(lattice: &Lattice, values: &impl Values, tolerance: f64) -> Option<(Lat
     let mut chosen = axes.each_ref().map(|axis| axis.allowed);
     let worst = axes.iter().map(|axis| axis.worst);
     let mut suspects = Changes::of(&worst.chain(spread(dims)).collect::<Vec<_>>(), values);
-    for _ in 0..TRIES {
+    for _ in 0..MAX_TRIES {
         // Thin less where known samples change too much.
         while let Some(suspect) = suspects
             .iter()
-            .find(|s| s.sum(chosen).abs() > CERTAIN * tolerance)
+            .find(|s| s.sum(chosen).abs() > EXCESS_FACTOR * tolerance)
         {
             chosen[suspect.largest(chosen)] += 1;
         }
@@ -115,7 +115,7 @@ fn fewer(lattice: &Lattice, values: &impl Values, tolerance: f64) -> Option<(Lat
         };
         let suspect = Changes::of(&[sample], values)[0];
         // Refine even if the sum is small: together the changes were excessive.
-        if suspect.sum(chosen).abs() <= CERTAIN * tolerance {
+        if suspect.sum(chosen).abs() <= EXCESS_FACTOR * tolerance {
             chosen[suspect.largest(chosen)] += 1;
         }
         suspects.push(suspect);
@@ -154,7 +154,7 @@ impl Axis {
         let tried = FACTORS.iter().enumerate().find_map(|(i, factor)| {
             let thinned = Thinned::new(dims[axis], *factor);
             let (change, worst) = match thinned.count() {
-                0..FEWEST => return None,
+                0..MIN_SAMPLES => return None,
                 _ => thinned.worst(axis, &starts, values),
             };
             (change <= tolerance).then_some((i, worst))
@@ -256,7 +256,7 @@ fn difference(
         terms.for_each(|(sum, c)| *sum += weight * f64::from(*c));
     };
     let (mut here, mut there) = (vec![0.0; dims[0] * dims[1]], vec![0.0; dims[0] * dims[1]]);
-    let planes = (0..STRIDE).flat_map(|first| (first..dims[2]).step_by(STRIDE));
+    let planes = (0..PLANE_STRIDE).flat_map(|first| (first..dims[2]).step_by(PLANE_STRIDE));
     for k in planes {
         values.plane(k, &mut here);
         plane(lattice.stored_dims(), &taps, k, &add, &mut there);

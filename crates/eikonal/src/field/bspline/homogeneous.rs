@@ -7,17 +7,17 @@ use glam::DVec3;
 use std::ops::Range;
 
 /// Number of cells of a block along each axis.
-const EDGE: usize = 8;
+const BLOCK_CELLS: usize = 8;
 /// Difference of coefficients, relative to the largest coefficient, below which they count as
 /// equal. Rounding of samples is five orders of magnitude larger. The value determines how soon the
 /// ripples around a change have decayed.
-const EQUAL: f64 = 1.0 / (1u64 << 40) as f64;
+const COEFFICIENT_TOLERANCE: f64 = 1.0 / (1u64 << 40) as f64;
 
 /// Largest weight of a sample in a coefficient that acts in a block, by the number of blocks
 /// between them. Each weight is relative to the previous weight. A sample at a distance of n
 /// samples has the weight (2 − √3)ⁿ. n is 6 for samples beyond a neighbouring block. The factor 10
 /// is for the sums along three axes.
-const SHARES: [f64; 3] = [10.0 * 3.7e-4, 2.7e-5, 2.7e-5];
+const MAX_SAMPLE_WEIGHTS: [f64; 3] = [10.0 * 3.7e-4, 2.7e-5, 2.7e-5];
 
 /// Blocks of cells with equal coefficients.
 #[derive(Clone, Debug)]
@@ -38,7 +38,7 @@ impl HomogeneousBlocks {
         let dims = blocks(lattice);
         let ranges = dispatch!(crate::lanes::level(), _simd => ranges(lattice, coefficients, dims));
         let largest = |m: f32, [low, high]: &[f32; 2]| m.max(low.abs()).max(high.abs());
-        let limit = EQUAL * f64::from(ranges.iter().fold(0.0, largest));
+        let limit = COEFFICIENT_TOLERANCE * f64::from(ranges.iter().fold(0.0, largest));
         let is_still = |[low, high]: &[f32; 2]| f64::from(*high) - f64::from(*low) <= limit;
         Self::of_still(lattice, ranges.iter().map(is_still))
     }
@@ -49,9 +49,9 @@ impl HomogeneousBlocks {
         let dims = blocks(lattice);
         let mut ranges = ranges_of_samples(values, dims);
         let largest = |m: f64, [low, high]: &[f64; 2]| m.max(low.abs()).max(high.abs());
-        let mut limit = EQUAL * ranges.iter().fold(0.0, largest);
+        let mut limit = COEFFICIENT_TOLERANCE * ranges.iter().fold(0.0, largest);
         let mut still = vec![true; ranges.len()];
-        let mut shares = SHARES.into_iter();
+        let mut shares = MAX_SAMPLE_WEIGHTS.into_iter();
         loop {
             // Extend the range to samples one block further away.
             (0..3).for_each(|axis| widen(&mut ranges, dims, axis));
@@ -95,12 +95,12 @@ impl HomogeneousBlocks {
             return 0.0;
         }
         let [x, y, _] = self.dims;
-        let block = [0, 1, 2].map(|a| (t[a] as usize / EDGE).min(self.dims[a] - 1));
+        let block = [0, 1, 2].map(|a| (t[a] as usize / BLOCK_CELLS).min(self.dims[a] - 1));
         let layers = self.layers[(block[2] * y + block[1]) * x + block[0]];
         if layers == 0 {
             return 0.0;
         }
-        let (edge, layers) = (EDGE as f64, f64::from(layers));
+        let (edge, layers) = (BLOCK_CELLS as f64, f64::from(layers));
         let middle = DVec3::from_array(block.map(|b| b as f64));
         // Planted error "parts of a grid taken for unchanging one block too far", found by morgana-eikonal/eikonal::homogeneous::nothing_changes_where_nothing_is_said_to_change:
         // let low = ((middle - layers) * edge).max(DVec3::ZERO);
@@ -127,7 +127,7 @@ fn cells(lattice: &Lattice) -> [usize; 3] {
 
 /// Returns the number of blocks along each axis.
 fn blocks(lattice: &Lattice) -> [usize; 3] {
-    cells(lattice).map(|n| n.div_ceil(EDGE))
+    cells(lattice).map(|n| n.div_ceil(BLOCK_CELLS))
 }
 
 /// Returns the smallest and the largest sample in each block, x fastest.
@@ -138,8 +138,8 @@ fn ranges_of_samples(values: &impl Values, [x, y, z]: [usize; 3]) -> Vec<[f64; 2
     for k in 0..planes {
         values.plane(k, &mut plane);
         for (j, row) in plane.chunks_exact(width).enumerate() {
-            let first = ((k / EDGE).min(z - 1) * y + (j / EDGE).min(y - 1)) * x;
-            for (a, some) in row.chunks(EDGE).enumerate() {
+            let first = ((k / BLOCK_CELLS).min(z - 1) * y + (j / BLOCK_CELLS).min(y - 1)) * x;
+            for (a, some) in row.chunks(BLOCK_CELLS).enumerate() {
                 let [low, high] = &mut ranges[first + a.min(x - 1)];
                 *low = some.iter().copied().fold(*low, f64::min);
                 *high = some.iter().copied().fold(*high, f64::max);
@@ -201,8 +201,8 @@ fn ranges(lattice: &Lattice, coefficients: &[f32], [x, y, z]: [usize; 3]) -> Vec
 
 /// Returns the stored coefficients, out of `stored`, that act in a block.
 fn acting(block: usize, stored: usize) -> Range<usize> {
-    let first = first_coefficient((block * EDGE) as isize) as usize;
-    first.min(stored)..(first + EDGE + 3).min(stored)
+    let first = first_coefficient((block * BLOCK_CELLS) as isize) as usize;
+    first.min(stored)..(first + BLOCK_CELLS + 3).min(stored)
 }
 
 /// Computes the distance of each block to the nearest block with value zero, given the distances

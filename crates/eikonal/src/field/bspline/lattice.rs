@@ -10,7 +10,7 @@ use glam::DVec3;
 pub(super) const PAD: usize = 2;
 
 /// Distance from the outermost samples, in spacings, beyond which the field no longer changes.
-const BEYOND: f64 = PAD as f64 + 2.0;
+const CONSTANT_DISTANCE: f64 = PAD as f64 + 2.0;
 
 /// Placement of samples in the box of a grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,14 +22,14 @@ pub enum Placement {
 }
 
 /// Largest number of coefficients stored in rows (16 MiB); larger grids are stored in columns.
-const FEW: usize = 1 << 22;
+const MAX_ROW_COEFFICIENTS: usize = 1 << 22;
 /// Width of columns along y and along z, in coefficients.
 pub(super) const WIDTH: usize = 4;
 /// Number of coefficients of a column at each x: one line of the processor's cache.
 pub(super) const SECTION: usize = WIDTH * WIDTH;
 
 /// Smallest number of samples along an axis that a coarser lattice halves.
-const MANY: usize = 16;
+const MIN_HALVED_SAMPLES: usize = 16;
 
 /// Order of coefficients in memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -82,7 +82,7 @@ impl Lattice {
         };
         let varies = DVec3::from_array(dims.map(|n| if n > 1 { 1.0 } else { 0.0 }));
         let layout = match dims.map(|n| n + 2 * PAD).iter().product() {
-            0..=FEW => Layout::Rows,
+            0..=MAX_ROW_COEFFICIENTS => Layout::Rows,
             _ => Layout::Columns,
         };
         Ok(Lattice {
@@ -91,7 +91,10 @@ impl Lattice {
             origin: min + spacing * first,
             spacing,
             per_spacing: varies / spacing,
-            limits: [DVec3::splat(-BEYOND), count - 1.0 + BEYOND],
+            limits: [
+                DVec3::splat(-CONSTANT_DISTANCE),
+                count - 1.0 + CONSTANT_DISTANCE,
+            ],
         })
     }
 
@@ -104,12 +107,19 @@ impl Lattice {
         self.dims.map(|n| n + 2 * PAD)
     }
 
-    /// Returns a lattice with every second sample along the axes with at least [`MANY`] samples.
-    /// Returns `None` if there is no such axis. The result is always in rows.
+    /// Returns a lattice with every second sample along the axes with at least
+    /// [`MIN_HALVED_SAMPLES`] samples. Returns `None` if there is no such axis. The result is
+    /// always in rows.
     pub(super) fn coarser(&self) -> Option<Self> {
-        let halved = self.dims.map(|n| n >= MANY);
+        let halved = self.dims.map(|n| n >= MIN_HALVED_SAMPLES);
         let factor = DVec3::from_array(halved.map(|h| if h { 2.0 } else { 1.0 }));
-        let half = |n: usize| if n >= MANY { n.div_ceil(2) } else { n };
+        let half = |n: usize| {
+            if n >= MIN_HALVED_SAMPLES {
+                n.div_ceil(2)
+            } else {
+                n
+            }
+        };
         halved.contains(&true).then(|| Lattice {
             dims: self.dims.map(half),
             layout: Layout::Rows,

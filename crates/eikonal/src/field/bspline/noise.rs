@@ -8,9 +8,9 @@ use super::lattice::PAD;
 /// differences.
 const RESPONSES: [f64; 3] = [1.18, 6.0, 21.9];
 /// Standard deviation of fourth differences of white noise, √70, relative to the noise.
-const FOURTH: f64 = 8.366_600_265_340_756;
+const FOURTH_DIFFERENCE_DEVIATION: f64 = 8.366_600_265_340_756;
 /// Smallest number of samples along an axis for which noise is estimated.
-const FEWEST: usize = 8;
+const MIN_SAMPLES: usize = 8;
 /// Number of lines along an axis that are examined, along each of the two other axes.
 const LINES: usize = 24;
 
@@ -46,7 +46,7 @@ impl Bspline {
             if sums.count == 0.0 {
                 continue;
             }
-            let shown = (sums.rough / sums.count).sqrt() / FOURTH;
+            let shown = (sums.rough / sums.count).sqrt() / FOURTH_DIFFERENCE_DEVIATION;
             let sigma = shown.min(2.0 * self.n2_ref.sqrt() * sigma);
             let per = self.lattice.per_spacing()[axis];
             for (k, order) in [1, 2, 4].into_iter().enumerate() {
@@ -72,7 +72,7 @@ impl Bspline {
     fn sums(&self, axis: usize) -> Sums {
         let dims = self.lattice.dims();
         let mut sums = Sums::default();
-        if dims[axis] < FEWEST {
+        if dims[axis] < MIN_SAMPLES {
             return sums;
         }
         let [across, other] = [(axis + 1) % 3, (axis + 2) % 3];

@@ -8,14 +8,14 @@ use fearless_simd::{Simd, SimdBase, SimdCombine, dispatch, f32x4, f64x4};
 use glam::DVec3;
 
 /// Number of cells between nodes along each axis.
-const EDGE: usize = 8;
+const CELLS_PER_NODE: usize = 8;
 
 /// Smallest ratio of hidden to visible roughness at which the hidden roughness is taken into
 /// account.
-const NOTICEABLE: f64 = 0.5;
+const MIN_HIDDEN_ROUGHNESS: f64 = 0.5;
 
 /// Ratio of a coefficient to its sample below which the sample replaces it.
-const STEEP: f64 = 0.8;
+const MIN_COEFFICIENT_RATIO: f64 = 0.8;
 
 /// Length scale at nodes every few cells, interpolated linearly between them.
 ///
@@ -41,7 +41,7 @@ impl Scales {
 
     /// Returns the scale at a position in units of the spacing from sample 0.
     pub(super) fn at(&self, t: DVec3) -> f64 {
-        self.0.at(t * (1.0 / EDGE as f64))
+        self.0.at(t * (1.0 / CELLS_PER_NODE as f64))
     }
 
     /// Returns the memory in bytes.
@@ -53,7 +53,9 @@ impl Scales {
 /// Computes the lengths. Where rounding hides the fourth differences of the coefficients, the next
 /// coarser lattice supplies them, up to the amount that may be hidden.
 fn lengths(lattice: &Lattice, coefficients: &[f32], n2_ref: f64, roundings: f64) -> Lengths {
-    let nodes = lattice.dims().map(|n| (n - 1).div_ceil(EDGE).max(1) + 1);
+    let nodes = lattice
+        .dims()
+        .map(|n| (n - 1).div_ceil(CELLS_PER_NODE).max(1) + 1);
     let mut around = Around::new(nodes);
     around.see(lattice, coefficients, n2_ref, roundings);
     let Around {
@@ -62,7 +64,7 @@ fn lengths(lattice: &Lattice, coefficients: &[f32], n2_ref: f64, roundings: f64)
     // Take the size of the grid instead of infinity: it can be interpolated.
     let largest = lattice.size();
     let least = largest.powi(-4);
-    let much = |seen: f64, hidden: f64| hidden > NOTICEABLE * seen.max(least);
+    let much = |seen: f64, hidden: f64| hidden > MIN_HIDDEN_ROUGHNESS * seen.max(least);
     let hides = seen.iter().zip(&hidden).any(|(s, h)| much(*s, *h));
     if let Some(coarse) = lattice.coarser().filter(|_| hides) {
         let data = coarsened(lattice, &coarse, coefficients);
@@ -81,7 +83,7 @@ fn lengths(lattice: &Lattice, coefficients: &[f32], n2_ref: f64, roundings: f64)
     }
     let length = |rough: f64| (1.0 / rough.sqrt().sqrt()).min(largest);
     let lengths = seen.into_iter().map(length).collect();
-    Lengths::new(nodes, lattice.spacing() * EDGE as f64, lengths)
+    Lengths::new(nodes, lattice.spacing() * CELLS_PER_NODE as f64, lengths)
 }
 
 /// Largest L⁻⁴ around nodes: the visible part, and the part that rounding may hide.
@@ -185,7 +187,10 @@ fn smoothed<'a, T: Copy + Into<f64> + 'a>(
 #[inline(always)]
 fn largest_near(row: &[f64], near: &mut [f64]) {
     for (node, largest) in near.iter_mut().enumerate() {
-        let (from, to) = (node.saturating_sub(1) * EDGE, (node + 1) * EDGE + 1);
+        let (from, to) = (
+            node.saturating_sub(1) * CELLS_PER_NODE,
+            (node + 1) * CELLS_PER_NODE + 1,
+        );
         let around = &row[from.min(row.len())..to.min(row.len())];
         *largest = around.iter().fold(0.0, |m, v| if *v > m { *v } else { m });
     }
@@ -193,7 +198,7 @@ fn largest_near(row: &[f64], near: &mut [f64]) {
 
 /// Returns the starts of the rows of nodes around row (j, k) of samples.
 fn rows_of_nodes([x, y, _]: [usize; 3], [j, k]: [usize; 2]) -> impl Iterator<Item = usize> {
-    let around = |i: usize| i / EDGE..=i.div_ceil(EDGE);
+    let around = |i: usize| i / CELLS_PER_NODE..=i.div_ceil(CELLS_PER_NODE);
     around(k).flat_map(move |k| around(j).map(move |j| (k * y + j) * x))
 }
 
@@ -252,7 +257,7 @@ fn roughness<S: Simd>(
             // ray goes.
             let coefficient = n2_ref + m[h];
             let sample = coefficient + above[h] * (1.0 / 6.0);
-            let n2 = coefficient.max(sample * STEEP).max(least);
+            let n2 = coefficient.max(sample * MIN_COEFFICIENT_RATIO).max(least);
             let found = (fourth[h] * (n2 * 2.0)).max(second[h] * second[h]) / (n2 * n2 * 4.0);
             let unknown: [f64; 4] = *(unknown[h] / n2);
             let found: [f64; 4] = *found;

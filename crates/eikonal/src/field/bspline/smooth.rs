@@ -21,16 +21,16 @@ const DIFFERENCE: [f64; ORDER + 1] = [1.0, -4.0, 6.0, -4.0, 1.0];
 /// Values of three neighbouring basis functions at a sample.
 const VALUES: [f64; 3] = [1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0];
 /// Smallest number of samples of a line that is smoothed; shorter lines are interpolated.
-const FEWEST: usize = 16;
+const MIN_SAMPLES: usize = 16;
 /// Maximum number of groups of [`LANES`] lines from which λ is found.
-const GROUPS: usize = 64;
+const MAX_GROUPS: usize = 64;
 /// Growth of λ^⅛ from one try to the next, and its largest value as a fraction of the line.
 const GROWTH: f64 = 1.189_207_115_002_721;
-const LONGEST: f64 = 1.0 / 16.0;
+const MAX_SMOOTHING_LENGTH: f64 = 1.0 / 16.0;
 /// First λ^⅛; it changes only the very shortest waves.
-const FIRST: f64 = 0.5;
+const FIRST_SMOOTHING_LENGTH: f64 = 0.5;
 /// Number of standard deviations by which residuals may exceed the value expected from noise.
-const DEVIATIONS: f64 = 3.0;
+const MAX_DEVIATIONS: f64 = 3.0;
 
 /// Solver for lines of one length.
 pub(super) struct Smoother {
@@ -49,18 +49,18 @@ impl Smoother {
         noise: f64,
     ) -> Option<Self> {
         let samples = lattice.dims()[axis];
-        if noise <= 0.0 || samples < FEWEST {
+        if noise <= 0.0 || samples < MIN_SAMPLES {
             return None;
         }
         let lines = Lines::new(lattice, data, axis);
         // Increase λ until the residuals exceed the noise.
         let mut best = None;
-        let mut length = FIRST;
-        while length <= samples as f64 * LONGEST {
+        let mut length = FIRST_SMOOTHING_LENGTH;
+        while length <= samples as f64 * MAX_SMOOTHING_LENGTH {
             let lambda = length.powi(2 * ORDER as i32);
             let smoother = Smoother::new(samples, lambda);
             let expected = noise * noise * rejected(lambda);
-            let spread = 1.0 + DEVIATIONS * (2.0 / lines.values as f64).sqrt();
+            let spread = 1.0 + MAX_DEVIATIONS * (2.0 / lines.values as f64).sqrt();
             if lines.residual(&smoother) > expected * spread {
                 break;
             }
@@ -171,7 +171,7 @@ impl Lines {
         let (dims, strides) = (lattice.dims(), lattice.strides());
         let [across, other] = [(axis + 1) % 3, (axis + 2) % 3];
         let count = dims[across] * dims[other];
-        let wanted = count.min(GROUPS * LANES);
+        let wanted = count.min(MAX_GROUPS * LANES);
         let start = |line: usize| {
             let at = line * count / wanted;
             let mut index = [PAD; 3];

@@ -5,7 +5,7 @@ use super::lattice::{cell, first_coefficient};
 use super::prefilter::{LANES, Lanes};
 
 /// Number of samples tested together.
-const TOGETHER: usize = 1 << 12;
+const SAMPLES_PER_TEST: usize = 1 << 12;
 
 /// Contrasts δ = n² − n_ref² at the samples of a grid.
 pub(super) trait Values {
@@ -115,7 +115,7 @@ impl Values for Bspline {
 /// instructions.
 fn all<T: Copy>(samples: &[T], is: impl Fn(T) -> bool) -> bool {
     let all = |some: &[T]| some.iter().fold(true, |all, v| all & is(*v));
-    samples.chunks(TOGETHER).all(all)
+    samples.chunks(SAMPLES_PER_TEST).all(all)
 }
 
 /// The four coefficients that act at a place along an axis, and their weights.

@@ -59,7 +59,7 @@ impl Node {
 }
 
 /// Largest integer exponent.
-const LARGEST_EXPONENT: f64 = 1024.0;
+const MAX_EXPONENT: f64 = 1024.0;
 
 /// Nodes without duplicates.
 #[derive(Debug, Default)]
@@ -218,7 +218,7 @@ impl Graph {
         match (self.value(a), self.value(b)) {
             (Some(a), Some(b)) => Ok(self.constant(a.powf(b))),
             (None, Some(p)) if p.fract() == 0.0 => {
-                if p.abs() > LARGEST_EXPONENT {
+                if p.abs() > MAX_EXPONENT {
                     return Err(FormulaErrorKind::Exponent);
                 }
                 Ok(self.integer_power(a, p as i32))

@@ -15,9 +15,9 @@ pub(in crate::field) struct Interval {
 }
 
 /// Size of arguments above which rounding loses their phase within a period.
-const LOST: f64 = 1e9;
+const MAX_ARGUMENT: f64 = 1e9;
 /// Largest error of the place of an extremum, relative to the argument.
-const NEAR: f64 = 1e-12;
+const EXTREMUM_ERROR: f64 = 1e-12;
 
 impl Interval {
     /// Interval of all numbers.
@@ -94,10 +94,10 @@ impl Interval {
     /// Returns the range of cos(x − `at`).
     fn wave(self, at: f64, f: impl Fn(f64) -> f64) -> Self {
         let largest = self.magnitude();
-        if self.high - self.low >= TAU || largest > LOST {
+        if self.high - self.low >= TAU || largest > MAX_ARGUMENT {
             return Interval::new(-1.0, 1.0);
         }
-        let slack = NEAR * (1.0 + largest);
+        let slack = EXTREMUM_ERROR * (1.0 + largest);
         let holds = |peak: f64| {
             let turn = |v: f64| (v - peak) / TAU;
             turn(self.high + slack).floor() >= turn(self.low - slack).ceil()
@@ -225,10 +225,10 @@ impl Real for Interval {
 
     fn tan(self) -> Self {
         let turn = |v: f64| ((v - FRAC_PI_2) / PI).floor();
-        let slack = NEAR * (1.0 + self.magnitude());
+        let slack = EXTREMUM_ERROR * (1.0 + self.magnitude());
         let one_branch = turn(self.low - slack) == turn(self.high + slack);
         self.increasing(f64::tan)
-            .valid(one_branch && self.magnitude() < LOST)
+            .valid(one_branch && self.magnitude() < MAX_ARGUMENT)
     }
 
     fn asin(self) -> Self {

@@ -6,9 +6,9 @@ use super::lexer::{Placed, Token, words};
 use std::ops::Range;
 
 /// Maximum number of characters of a formula.
-const MOST_CHARACTERS: usize = 4096;
+const MAX_CHARACTERS: usize = 4096;
 /// Maximum number of nesting levels: the stack of a thread must hold them.
-const MOST_LEVELS: usize = 200;
+const MAX_LEVELS: usize = 200;
 
 /// A part of a formula, and its place.
 #[derive(Clone, Debug)]
@@ -32,8 +32,8 @@ pub(super) enum ExprKind {
 
 /// Parses the tree of a formula.
 pub(super) fn parse(text: &str) -> Result<Expr, FormulaError> {
-    if text.len() > MOST_CHARACTERS {
-        let (kind, span) = (Kind::TooLong(MOST_CHARACTERS), 0..text.len());
+    if text.len() > MAX_CHARACTERS {
+        let (kind, span) = (Kind::TooLong(MAX_CHARACTERS), 0..text.len());
         return Err(FormulaError { kind, span });
     }
     let words = words(text)?;
@@ -90,7 +90,7 @@ impl Parser {
     /// Enters a nesting level; callers decrement `levels` when they leave it.
     fn deeper(&mut self) -> Result<(), FormulaError> {
         self.levels += 1;
-        if self.levels <= MOST_LEVELS {
+        if self.levels <= MAX_LEVELS {
             return Ok(());
         }
         let (kind, span) = (Kind::TooDeep, self.peek().1.clone());

@@ -62,7 +62,7 @@ pub(in crate::field) trait Real:
 pub(super) const ERF_SLOPE: f64 = FRAC_2_SQRT_PI;
 
 /// Replacement for zero, whose square divides without overflow.
-const LEAST: f64 = 1e-100;
+const ZERO_REPLACEMENT: f64 = 1e-100;
 
 impl Real for f64 {
     #[inline(always)]
@@ -72,7 +72,7 @@ impl Real for f64 {
 
     #[inline(always)]
     fn off_zero(self) -> Self {
-        if self == 0.0 { LEAST } else { self }
+        if self == 0.0 { ZERO_REPLACEMENT } else { self }
     }
 
     #[inline(always)]

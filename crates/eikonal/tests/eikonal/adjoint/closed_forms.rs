@@ -12,7 +12,7 @@ fn by_parameters(
     loss: impl Fn(&RayEnd) -> EndDerivative,
 ) -> Vec<f64> {
     let world = Unbounded(field);
-    let mut ray = AdjointRay::new(&world, receiver, Tolerance::new(TIGHT), 100.0);
+    let mut ray = AdjointRay::new(&world, receiver, Tolerance::new(TIGHT_TOLERANCE), 100.0);
     let end = ray.follow(start).unwrap();
     let mut sum = ParameterDerivative::new((), field);
     ray.pull_back(&loss(&end), &mut sum).unwrap();
@@ -57,7 +57,8 @@ fn deflection_by_a_weak_gaussian() {
     );
 }
 
-/// A meridional ray that starts parallel to the axis of a graded rod, at x₀: x = x₀ cos gz with g = α/√(1 − α²x₀²).
+/// A meridional ray that starts parallel to the axis of a graded rod, at x₀: x = x₀ cos gz with g =
+/// α/√(1 − α²x₀²).
 #[test]
 fn pitch_of_a_graded_rod() {
     let (alpha, x0, z) = (0.7, 0.3, 3.0);

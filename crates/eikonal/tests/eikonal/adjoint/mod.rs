@@ -13,7 +13,7 @@ use morgana_eikonal::connect::World;
 use morgana_eikonal::field::Gaussian;
 use morgana_eikonal::{Field, Tolerance};
 
-const TIGHT: f64 = 1e-10;
+const TIGHT_TOLERANCE: f64 = 1e-10;
 
 const PLANE: Receiver = Receiver::Plane {
     point: DVec3::new(0.0, 0.0, 1.2),

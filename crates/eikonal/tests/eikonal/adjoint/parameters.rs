@@ -253,7 +253,7 @@ fn rays_by_parameters_and_starts() {
     for (name, p, field) in families() {
         let index = field(&p);
         let world = Unbounded(&index);
-        let mut ray = AdjointRay::new(&world, PLANE, Tolerance::new(TIGHT), 10.0);
+        let mut ray = AdjointRay::new(&world, PLANE, Tolerance::new(TIGHT_TOLERANCE), 10.0);
         ray.follow(start(&begin, ())).unwrap();
         let mut sum = ParameterDerivative::new((), &index);
         let back = ray.pull_back(&LOSS, &mut sum).unwrap();
@@ -269,7 +269,7 @@ fn rays_by_parameters_and_starts() {
                 loss(&follow(
                     &Unbounded(&field(p)),
                     PLANE,
-                    TIGHT,
+                    TIGHT_TOLERANCE,
                     start(&begin, ()),
                 ))
             };
@@ -285,7 +285,7 @@ fn rays_by_parameters_and_starts() {
             .concat();
         for (i, found) in found.iter().enumerate() {
             let expected = derivative(&begin, i, 1e-3, |b| {
-                loss(&follow(&world, PLANE, TIGHT, start(b, ())))
+                loss(&follow(&world, PLANE, TIGHT_TOLERANCE, start(b, ())))
             });
             let error = (found - expected).abs() / (0.1 + expected.abs());
             assert!(error < limit, "{name}, start {i}: {error:e}, {expected}");

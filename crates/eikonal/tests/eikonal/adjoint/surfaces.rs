@@ -34,12 +34,19 @@ fn rays_through_balls_and_planes() {
                 }
             };
             let here = world(&p);
-            let mut ray = AdjointRay::new(&here, receiver, Tolerance::new(TIGHT), 10.0);
+            let mut ray = AdjointRay::new(&here, receiver, Tolerance::new(TIGHT_TOLERANCE), 10.0);
             ray.follow(start(&begin, 1)).unwrap();
             let mut sum = ParameterDerivative::new(0, &here.fields[0]);
             let back = ray.pull_back(&LOSS, &mut sum).unwrap();
             for i in 0..p.len() {
-                let of = |p: &[f64]| loss(&follow(&world(p), receiver, TIGHT, start(&begin, 1)));
+                let of = |p: &[f64]| {
+                    loss(&follow(
+                        &world(p),
+                        receiver,
+                        TIGHT_TOLERANCE,
+                        start(&begin, 1),
+                    ))
+                };
                 let expected = derivative(&p, i, 1e-3, of);
                 let error = (sum.values[i] - expected).abs() / (0.1 + expected.abs());
                 assert!(error < 1e-6, "{rule:?} {i}: {error:e}, {expected}");
@@ -49,7 +56,7 @@ fn rays_through_balls_and_planes() {
                 .map(|d| d.to_array())
                 .concat();
             for (i, found) in found.iter().enumerate() {
-                let of = |b: &[f64]| loss(&follow(&here, receiver, TIGHT, start(b, 1)));
+                let of = |b: &[f64]| loss(&follow(&here, receiver, TIGHT_TOLERANCE, start(b, 1)));
                 let expected = derivative(&begin, i, 1e-3, of);
                 let error = (found - expected).abs() / (0.1 + expected.abs());
                 assert!(error < 1e-6, "{rule:?} start {i}: {error:e}, {expected}");
@@ -111,7 +118,7 @@ fn rays_through_sequences_of_surfaces() {
             point: vector(&p[30..]),
             normal: vector(&p[33..]).normalize(),
         };
-        let mut ray = AdjointRay::new(&layout, receiver, Tolerance::new(TIGHT), 10.0);
+        let mut ray = AdjointRay::new(&layout, receiver, Tolerance::new(TIGHT_TOLERANCE), 10.0);
         let end = ray.follow_through(start(begin, 0)).unwrap();
         then(&ray, &layout, receiver, end);
     };

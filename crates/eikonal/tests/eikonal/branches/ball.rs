@@ -11,7 +11,7 @@ use testkit::Rng;
 const N: f64 = 1.5;
 /// Tolerance of the comparison. Rays keep 1e-10; errors grow near grazing incidence and close to
 /// caustics.
-const CLOSE: f64 = 1e-7;
+const MAX_ERROR: f64 = 1e-7;
 /// Impact parameter from which the search may miss a ray: the ray then grazes the ball within 3°.
 const GRAZING: f64 = 0.999;
 
@@ -83,8 +83,8 @@ fn ends(x: f64, y: f64, gamma: f64) -> ([DVec3; 2], DVec3) {
 /// True if ray and branch agree in direction, length and number of reflections.
 fn is(ray: &Planar, branch: &ConnectingRay, up: DVec3) -> bool {
     let direction = up * ray.angle.sin() - DVec3::Z * ray.angle.cos();
-    branch.direction_out.distance(direction) < CLOSE
-        && (branch.optical_length - ray.optical).abs() < CLOSE
+    branch.direction_out.distance(direction) < MAX_ERROR
+        && (branch.optical_length - ray.optical).abs() < MAX_ERROR
         && branch.pattern.reflections() == ray.reflections
 }
 
@@ -143,7 +143,7 @@ fn reciprocal(world: &Glass, start: &InitialGuess<usize>, branch: &ConnectingRay
         ..*start
     };
     let back = solver.solve(world, &back, start.family.x()).unwrap();
-    assert!(back.direction_in.distance(-branch.direction_out) < CLOSE);
+    assert!(back.direction_in.distance(-branch.direction_out) < MAX_ERROR);
     assert!(
         (there.jacobian / back.jacobian - 1.0).abs() < 1e-9,
         "{there:?} {back:?}"

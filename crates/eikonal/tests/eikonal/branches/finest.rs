@@ -10,7 +10,7 @@ use morgana_eikonal::{Solver, Tolerance};
 /// Tolerances, from the smallest possible.
 const TOLERANCES: [f64; 3] = [1e-12, 3e-12, 5e-12];
 /// Tolerances of the coarser searches. The long test tries all of them.
-const COARSER: [f64; 3] = [1e-6, 1e-5, 1e-7];
+const COARSER_TOLERANCES: [f64; 3] = [1e-6, 1e-5, 1e-7];
 
 fn start(x: DVec3, direction: DVec3, optical_length: f64) -> InitialGuess<()> {
     InitialGuess {
@@ -24,9 +24,9 @@ fn start(x: DVec3, direction: DVec3, optical_length: f64) -> InitialGuess<()> {
 #[test]
 fn no_branch_is_lost_at_the_smallest_tolerances() {
     let coarser = if super::long() {
-        &COARSER[..]
+        &COARSER_TOLERANCES[..]
     } else {
-        &COARSER[..1]
+        &COARSER_TOLERANCES[..1]
     };
     let mut tried = 0;
     let mut lost = Vec::new();

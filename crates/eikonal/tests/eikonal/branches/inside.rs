@@ -10,7 +10,7 @@ use testkit::Rng;
 const CELLS: usize = 10_000;
 /// Tolerance of the comparison. Crossings are accurate to 1e-6 radians, and less accurate where
 /// several lie close together.
-const CLOSE: f64 = 1e-5;
+const MAX_ERROR: f64 = 1e-5;
 
 /// Returns the point where a ray from `x` inside leaves the ball, and the unit direction beyond;
 /// `None` if the ray does not leave.
@@ -113,7 +113,7 @@ fn rays_out_of_a_ball_are_those_of_a_scan() {
         let expected = scan(&ball, x, to);
         assert_eq!(known.len(), expected.len(), "{ball:?} {x} {to:?}");
         for p in &expected {
-            let close = known.iter().any(|k| k.distance(*p) < CLOSE);
+            let close = known.iter().any(|k| k.distance(*p) < MAX_ERROR);
             assert!(close, "{ball:?} {x} {to:?}: {known:?}, {expected:?}");
         }
         assert!(!ball.lets_out(x) || known.len() == 1);

@@ -10,10 +10,10 @@ const THICKNESS: f64 = 1.0;
 
 /// Relative tolerance of the closed forms. The remaining error comes from the offset of rays from
 /// interfaces, 1e-11.
-const CLOSE: f64 = 1e-8;
+const MAX_ERROR: f64 = 1e-8;
 
 fn close(a: f64, b: f64) -> bool {
-    (a - b).abs() <= CLOSE * b.abs().max(1.0)
+    (a - b).abs() <= MAX_ERROR * b.abs().max(1.0)
 }
 
 /// Returns the branches of the slab, from `x` in a region.
@@ -68,7 +68,7 @@ fn branches_within_a_slab_are_its_mirror_images() {
         for (d, reflections) in expected {
             let branch = found
                 .iter()
-                .find(|b| b.direction_out.distance(d.normalize()) < CLOSE);
+                .find(|b| b.direction_out.distance(d.normalize()) < MAX_ERROR);
             let branch = branch.expect("the image is found");
             assert!(close(branch.jacobian, d.length_squared()));
             assert!(close(branch.optical_length, N * d.length()));
@@ -93,7 +93,7 @@ fn total_reflections_are_not_counted() {
     assert_eq!(found.len(), expected);
     for branch in &found {
         assert_eq!(branch.pattern, Pattern::REFRACT);
-        let is = |d: &&DVec3| d.normalize().distance(branch.direction_out) < CLOSE;
+        let is = |d: &&DVec3| d.normalize().distance(branch.direction_out) < MAX_ERROR;
         let image = images.iter().find(is).expect("an image");
         assert!(close(branch.jacobian, image.length_squared()));
     }

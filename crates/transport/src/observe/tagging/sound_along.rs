@@ -10,7 +10,7 @@ use eikonal::ModulationQuadrature;
 use eikonal::field::{Modulation, SoundAmplitude};
 use glam::{DVec2, DVec3};
 
-const MOST_PLACES: usize = ModulationQuadrature::MOST_PLACES;
+const MOST_PLACES: usize = ModulationQuadrature::MAX_PLACES;
 
 /// Storage for positions, and for the sound at them.
 #[derive(Clone, Debug, Default)]

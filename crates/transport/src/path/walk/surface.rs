@@ -124,7 +124,7 @@ impl Walk<'_, '_> {
         if !sample.transmitted && sample.pdf < 1.0 {
             self.travelled.reflections += 1;
             // Connections search for patterns of at most this many encounters.
-            self.edge.connectable &= self.edge.geometry.events < Pattern::ENCOUNTERS;
+            self.edge.connectable &= self.edge.geometry.events < Pattern::MAX_ENCOUNTERS;
         }
         self.edge.geometry.reflections += u32::from(!sample.transmitted);
         self.edge.geometry.events += 1;
