@@ -10,7 +10,7 @@ use crate::shape::Site;
 use glam::DVec3;
 
 /// Largest difference of the squared length of a unit vector from one.
-const UNIT: f64 = 1e-12;
+const UNIT_TOLERANCE: f64 = 1e-12;
 
 /// Target of a connection from a vertex to one end of a path: an emitter or the sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,7 +77,7 @@ impl ConnectionEnd {
     /// Creates an end on a plane, for parallel rays across the whole plane. `direction` must have
     /// unit length; otherwise connections miss their vertex.
     pub(crate) fn parallel(through: DVec3, direction: DVec3) -> Self {
-        debug_assert!((direction.length_squared() - 1.0).abs() < UNIT);
+        debug_assert!((direction.length_squared() - 1.0).abs() < UNIT_TOLERANCE);
         ConnectionEnd::Plane {
             through,
             direction,

@@ -11,9 +11,9 @@ use glam::{DMat3, DVec3};
 
 /// Maximum number of polar iterations. Near a rotation four suffice; each doubles the number of
 /// correct digits.
-const MOST_STEPS: usize = 60;
+const MAX_STEPS: usize = 60;
 /// Largest change of an entry in the last step of the polar iteration.
-const SETTLED: f64 = 1e-14;
+const MAX_LAST_CHANGE: f64 = 1e-14;
 
 /// Orthogonal map from local directions to the world; mirrors are allowed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,12 +66,12 @@ impl Orientation {
 /// Computes the orthogonal factor of a regular matrix: the limit of X → (X + X⁻ᵀ)/2 [Higham 1986].
 fn polar(matrix: DMat3) -> Option<DMat3> {
     let mut x = matrix;
-    for _ in 0..MOST_STEPS {
+    for _ in 0..MAX_STEPS {
         let next = (x + x.inverse().transpose()) * 0.5;
         if !next.is_finite() {
             return None;
         }
-        if next.abs_diff_eq(x, SETTLED) {
+        if next.abs_diff_eq(x, MAX_LAST_CHANGE) {
             return Some(next);
         }
         x = next;

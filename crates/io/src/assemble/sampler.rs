@@ -171,7 +171,7 @@ pub(super) fn build(
         match Replicates::new(size as u64) {
             Some(replicates) => request = SamplerRequest::EvenIn(replicates),
             None => {
-                let most = Replicates::LARGEST;
+                let most = Replicates::MAX_SAMPLES;
                 let message = format!("{size} is not a power of two up to {most}");
                 q.error("replicate_size", message);
             }
@@ -209,7 +209,7 @@ fn better(name: &str) -> String {
         _ if EVEN.contains(&name) => "use 'ldsampler', which also spreads samples evenly".into(),
         _ => format!(
             "known samplers: independent, ldsampler, and ldsampler:N with replicates of N samples, a power of two up to {}",
-            Replicates::LARGEST
+            Replicates::MAX_SAMPLES
         ),
     }
 }

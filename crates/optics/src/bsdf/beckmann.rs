@@ -10,16 +10,16 @@ use std::f64::consts::{FRAC_2_SQRT_PI, PI};
 /// 1/√π.
 const FRAC_1_SQRT_PI: f64 = 0.5 * FRAC_2_SQRT_PI;
 /// Largest slope at roughness 1. Beyond it, e^(−s²) is below the rounding of 1.
-const STEEPEST: f64 = 6.0;
+const MAX_SLOPE: f64 = 6.0;
 /// Largest exponent x. Beyond it, e^(−x) counts as zero.
-const FARTHEST: f64 = 700.0;
+const MAX_EXPONENT: f64 = 700.0;
 
 /// Computes D(h) for the roughness `u` along and `v` across. `cos` is the cosine h_z, and `sin2` is
 /// (v/u) h_u² + (u/v) h_v².
 pub(super) fn d([u, v]: [f64; 2], cos: f64, sin2: f64) -> f64 {
     let cos2 = cos * cos;
     let exponent = sin2 / (cos2 * u * v);
-    if exponent < FARTHEST {
+    if exponent < MAX_EXPONENT {
         libm::exp(-exponent) / (PI * u * v * cos2 * cos2)
     } else {
         0.0
@@ -71,8 +71,8 @@ fn slope_along(o: DVec3, u: f64) -> f64 {
 /// a parabola where the fraction is small. Bounds safeguard the steps, because the density vanishes
 /// at the steepest visible slope.
 fn slope(cos: f64, sin: f64, u: f64) -> f64 {
-    let steepest = (cos / sin).min(STEEPEST);
-    let (mut low, mut high) = (-STEEPEST, steepest);
+    let steepest = (cos / sin).min(MAX_SLOPE);
+    let (mut low, mut high) = (-MAX_SLOPE, steepest);
     let wanted = u * visible_below(cos, sin, steepest);
     let mut s = guess(u * 0.5 * libm::erfc(-steepest)).clamp(low, high);
     for _ in 0..64 {

@@ -33,7 +33,7 @@ pub struct NormalMap {
 /// Fraction of directions sampled around the unperturbed normal, if normals are flipped. A flipped
 /// normal depends on the viewing direction, so the reverse path may have another normal. It may
 /// then scatter where this path does not.
-const AROUND: f64 = 0.1;
+const UNPERTURBED_FRACTION: f64 = 0.1;
 
 impl NormalMap {
     /// Creates the map over `nested`, which must be neither null nor a smooth interface, because
@@ -119,9 +119,13 @@ impl NormalMap {
         self.turned(s, toward).surface.shading_normal
     }
 
-    /// Returns the fraction [`AROUND`], or 0 if normals are not flipped.
+    /// Returns the fraction [`UNPERTURBED_FRACTION`], or 0 if normals are not flipped.
     fn around(&self) -> f64 {
-        if self.flips { AROUND } else { 0.0 }
+        if self.flips {
+            UNPERTURBED_FRACTION
+        } else {
+            0.0
+        }
     }
 
     /// Returns the surface with the normal for a viewing direction.

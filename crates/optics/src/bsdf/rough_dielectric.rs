@@ -1,5 +1,5 @@
-//! Rough interface between two dielectrics (Walter et al., "Microfacet Models for Refraction through
-//! Rough Surfaces", EGSR 2007), with the local indices of the two sides.
+//! Rough interface between two dielectrics (Walter et al., "Microfacet Models for Refraction
+//! through Rough Surfaces", EGSR 2007), with the local indices of the two sides.
 
 use super::microfacet::{Microfacets, Roughness};
 use super::surface::{Facing, reflect, refract};
@@ -11,7 +11,7 @@ use glam::DVec3;
 /// Relative difference of indices up to which they count as equal; the interface then has no
 /// effect. The half vector of a transmission is the difference of two vectors of this relative
 /// size, so it would be mostly rounding.
-const MATCHED: f64 = 1e-9;
+const INDEX_TOLERANCE: f64 = 1e-9;
 
 /// Rough dielectric. It samples a visible facet normal, and then reflection with the probability F,
 /// the Fresnel reflectance of the facet.
@@ -164,7 +164,7 @@ pub(super) fn density(facets: &Microfacets, side: &Facing, e: &Event) -> f64 {
 
 /// Returns true if the indices count as equal.
 pub(super) fn matched(side: &Facing) -> bool {
-    (side.n_near - side.n_far).abs() <= MATCHED * side.n_near
+    (side.n_near - side.n_far).abs() <= INDEX_TOLERANCE * side.n_near
 }
 
 /// Returns the facet that sends light from `direction` to `toward`, if there is one.

@@ -12,7 +12,7 @@ use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
 /// Smallest number of rows: the poles and the equator.
-const LEAST_HEIGHT: usize = 3;
+const MIN_HEIGHT: usize = 3;
 
 /// Radiance that is bilinear between the pixels of an image around the scene.
 #[derive(Clone, Debug)]
@@ -61,10 +61,10 @@ impl EnvironmentMap {
             });
         }
         // Repeat the last row of low images.
-        for _ in height..LEAST_HEIGHT {
+        for _ in height..MIN_HEIGHT {
             pixels.extend_from_within(pixels.len() - width..);
         }
-        let height = height.max(LEAST_HEIGHT);
+        let height = height.max(MIN_HEIGHT);
         // Integrate the radiance over each cell.
         let sums: Vec<f64> = pixels.iter().map(|p| p.sum()).collect();
         let mut weights = Vec::with_capacity(width * (height - 1));

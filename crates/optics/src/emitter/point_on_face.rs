@@ -8,7 +8,7 @@ use smallvec::SmallVec;
 use std::f64::consts::PI;
 
 /// Largest cosine between normals that count as orthogonal.
-const ORTHOGONAL: f64 = 1e-9;
+const MAX_ORTHOGONAL_COSINE: f64 = 1e-9;
 
 /// Point on a face, or at the intersection of up to three faces. In each direction, its light
 /// starts in the medium on that side.
@@ -43,7 +43,7 @@ impl PointOnFace {
         PointOnFace {
             position,
             intensity,
-            orthogonal: orthogonal.fold(0.0, f64::max) < ORTHOGONAL,
+            orthogonal: orthogonal.fold(0.0, f64::max) < MAX_ORTHOGONAL_COSINE,
             normals,
             offsets,
         }

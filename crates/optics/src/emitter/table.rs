@@ -9,7 +9,7 @@ const POINTS: usize = 4;
 
 /// Fraction of the samples that is uniform. It covers bright spots that the points of the table may
 /// have missed.
-const EVENLY: f64 = 0.1;
+const UNIFORM_FRACTION: f64 = 0.1;
 
 /// Creates a density over the unit square roughly proportional to `light`, which is finite and ≥ 0.
 pub(super) fn sampling_table(light: impl Fn([f64; 2]) -> f64) -> Result<Grid2, DistributionError> {
@@ -23,9 +23,13 @@ pub(super) fn sampling_table(light: impl Fn([f64; 2]) -> f64) -> Result<Grid2, D
     }
     let mean = cells.iter().sum::<f64>() / cells.len() as f64;
     // Make the density of a black light uniform.
-    let even = if mean > 0.0 { EVENLY * mean } else { 1.0 };
+    let even = if mean > 0.0 {
+        UNIFORM_FRACTION * mean
+    } else {
+        1.0
+    };
     cells
         .iter_mut()
-        .for_each(|c| *c = (1.0 - EVENLY) * *c + even);
+        .for_each(|c| *c = (1.0 - UNIFORM_FRACTION) * *c + even);
     Grid2::new(CELLS, CELLS, &cells)
 }

@@ -31,7 +31,7 @@ pub enum TexturedError {
     /// The texture has too many pixels or fields on the shape.
     #[error(
         "the texture has more than {most} pixels or fields on the shape; use a smaller image or fewer repetitions",
-        most = MOST_PIECES
+        most = MAX_PIECES
     )]
     TooFine,
     /// The radiances cannot be sampled.
@@ -40,7 +40,7 @@ pub enum TexturedError {
 }
 
 /// Maximum number of pieces of a texture that are integrated; this takes about a minute.
-const MOST_PIECES: u64 = 1 << 24;
+const MAX_PIECES: u64 = 1 << 24;
 
 /// Light from the side of a shape to which its normals point. Each point has the same radiance in
 /// all directions.
@@ -121,7 +121,7 @@ impl TexturedArea {
 
 /// Returns ∫ radiance dA.
 fn integral(radiance: &Texture, shape: &Shape) -> Result<Spectrum, TexturedError> {
-    let mut left = MOST_PIECES;
+    let mut left = MAX_PIECES;
     let mut sum = Spectrum::ZERO;
     for part in 0..shape.part_count() {
         let chart = shape.chart(part).ok_or(TexturedError::Uneven)?;

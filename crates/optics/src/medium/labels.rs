@@ -7,7 +7,7 @@ use glam::DVec3;
 use std::sync::Arc;
 
 /// Maximum number of cubes of voxels through which a line is followed.
-const MOST_STEPS: usize = 16;
+const MAX_STEPS: usize = 16;
 
 /// Labels that compose a medium. Records of detected light distinguish them. Within one label,
 /// light is traced without visiting each voxel.
@@ -82,7 +82,7 @@ impl MediumLabels {
         let first = self.grid.labels()[line.cell()?];
         let label = self.numbered(first);
         let length = depth / label.extinction[channel];
-        for _ in 0..MOST_STEPS {
+        for _ in 0..MAX_STEPS {
             let voxel = line.cell()?;
             if self.grid.labels()[voxel] != first {
                 return None;

@@ -65,7 +65,7 @@ pub enum PhaseError {
         value: f64,
     },
     /// The geometric standard deviation is out of range.
-    #[error("the geometric standard deviation of radii must lie in [1, {}], got {}", Spheres::MOST_DEVIATION, Shown(*.0))]
+    #[error("the geometric standard deviation of radii must lie in [1, {}], got {}", Spheres::MAX_DEVIATION, Shown(*.0))]
     GeometricDeviation(f64),
     /// The complex index of spheres is out of range.
     #[error(

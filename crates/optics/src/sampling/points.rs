@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 /// error.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Replicates {
-    /// Binary logarithm of the number of samples, at most [`MOST_DIGITS`].
+    /// Binary logarithm of the number of samples, at most [`MAX_DIGITS`].
     digits: u8,
 }
 
@@ -27,12 +27,12 @@ impl Replicates {
     /// Replicates of one sample: each sample is independent of all others.
     pub const SINGLE: Replicates = Replicates { digits: 0 };
     /// Maximum number of samples in a replicate.
-    pub const LARGEST: u64 = 1 << MOST_DIGITS;
+    pub const MAX_SAMPLES: u64 = 1 << MAX_DIGITS;
 
     /// Returns replicates of `size` samples, a power of two between 1 and
-    /// [`LARGEST`](Self::LARGEST); `None` for other sizes.
+    /// [`MAX_SAMPLES`](Self::MAX_SAMPLES); `None` for other sizes.
     pub const fn new(size: u64) -> Option<Self> {
-        if size.is_power_of_two() && size <= Self::LARGEST {
+        if size.is_power_of_two() && size <= Self::MAX_SAMPLES {
             let digits = size.trailing_zeros() as u8;
             Some(Replicates { digits })
         } else {
@@ -42,7 +42,7 @@ impl Replicates {
 
     /// Returns all sizes, in ascending order.
     pub fn all() -> impl DoubleEndedIterator<Item = Self> {
-        (0..=MOST_DIGITS as u8).map(|digits| Replicates { digits })
+        (0..=MAX_DIGITS as u8).map(|digits| Replicates { digits })
     }
 
     /// Returns the name used on command lines: `independent`, or `ldsampler:` and the size.
@@ -112,18 +112,18 @@ const EDGES: u32 = 4;
 /// in different orders. Small replicates would relate more dimensions to one another.
 const GROUP: u32 = 4;
 /// Maximum number of binary digits in which the points of a replicate are evenly distributed.
-const MOST_DIGITS: u32 = 10;
+const MAX_DIGITS: u32 = 10;
 /// Maximum number of points in a replicate.
-const MOST_POINTS: usize = 1 << MOST_DIGITS;
+const MAX_POINTS: usize = 1 << MAX_DIGITS;
 
 /// Sobol's sequence in the dimension of the polynomial x + 1 (Sobol' 1967).
-static SOBOL_1: [u16; MOST_POINTS] = sobol([1, 3, 5, 15, 17, 51, 85, 255, 257, 771]);
+static SOBOL_1: [u16; MAX_POINTS] = sobol([1, 3, 5, 15, 17, 51, 85, 255, 257, 771]);
 /// Sobol's sequence in the dimension of the polynomial x² + x + 1 (Sobol' 1967).
-static SOBOL_2: [u16; MOST_POINTS] = sobol([1, 3, 3, 9, 29, 23, 71, 197, 209, 627]);
+static SOBOL_2: [u16; MAX_POINTS] = sobol([1, 3, 3, 9, 29, 23, 71, 197, 209, 627]);
 
 /// Powers of a generator of the finite field of N elements, for each power of two N. Elements N to
 /// 2 N − 1 of the array hold them, as polynomials over the field of two elements.
-static POWERS: [u16; 2 * MOST_POINTS] = powers([
+static POWERS: [u16; 2 * MAX_POINTS] = powers([
     0b1,
     0b11,
     0b111,
@@ -138,14 +138,14 @@ static POWERS: [u16; 2 * MOST_POINTS] = powers([
 ]);
 
 /// Computes the first points of Sobol's sequence from the direction numbers of a dimension (Joe and
-/// Kuo 2008), as [`MOST_DIGITS`] binary digits.
-const fn sobol(directions: [u16; MOST_DIGITS as usize]) -> [u16; MOST_POINTS] {
-    let mut points = [0; MOST_POINTS];
+/// Kuo 2008), as [`MAX_DIGITS`] binary digits.
+const fn sobol(directions: [u16; MAX_DIGITS as usize]) -> [u16; MAX_POINTS] {
+    let mut points = [0; MAX_POINTS];
     let mut i = 0;
-    while i < MOST_POINTS {
+    while i < MAX_POINTS {
         let mut bit = 0;
-        while bit < MOST_DIGITS as usize {
-            let direction = directions[bit] << (MOST_DIGITS as usize - 1 - bit);
+        while bit < MAX_DIGITS as usize {
+            let direction = directions[bit] << (MAX_DIGITS as usize - 1 - bit);
             points[i] ^= direction * (i >> bit & 1) as u16;
             bit += 1;
         }
@@ -154,9 +154,9 @@ const fn sobol(directions: [u16; MOST_DIGITS as usize]) -> [u16; MOST_POINTS] {
     points
 }
 
-/// Computes the powers of x modulo primitive polynomials of all degrees up to [`MOST_DIGITS`].
-const fn powers(polynomials: [usize; MOST_DIGITS as usize + 1]) -> [u16; 2 * MOST_POINTS] {
-    let mut powers = [1; 2 * MOST_POINTS];
+/// Computes the powers of x modulo primitive polynomials of all degrees up to [`MAX_DIGITS`].
+const fn powers(polynomials: [usize; MAX_DIGITS as usize + 1]) -> [u16; 2 * MAX_POINTS] {
+    let mut powers = [1; 2 * MAX_POINTS];
     let mut degree = 1;
     while degree < polynomials.len() {
         let n = 1 << degree;
@@ -236,7 +236,7 @@ impl Points {
     /// Returns the digits of the net's point `place` in a dimension of a group.
     fn digits_of(&self, place: u32, within: u32) -> u32 {
         let sobol =
-            |points: &[u16]| u32::from(points[place as usize]) >> (MOST_DIGITS - self.digits);
+            |points: &[u16]| u32::from(points[place as usize]) >> (MAX_DIGITS - self.digits);
         match within {
             0 => place,
             1 => self.reversed(place),

@@ -4,7 +4,7 @@ use super::{Orthographic, Perspective, Sensor};
 use glam::{DAffine3, DMat3, DVec3};
 
 /// Widest field of view in degrees.
-const WIDEST: f64 = 179.0;
+const MAX_FIELD_OF_VIEW: f64 = 179.0;
 
 /// Returns the camera-to-world map of a camera at `origin` that looks at `target`: along +z, with y
 /// up and x to the left. If `up` is zero, any perpendicular direction is used. Returns `None` if
@@ -65,7 +65,9 @@ pub enum CameraError {
     #[error("origin and target must be finite and differ, and up must not be parallel to the view")]
     View,
     /// The field of view is out of range.
-    #[error("the field of view must be above 0 and at most {WIDEST} degrees, but it is {0}")]
+    #[error(
+        "the field of view must be above 0 and at most {MAX_FIELD_OF_VIEW} degrees, but it is {0}"
+    )]
     FieldOfView(f64),
     /// The width of the image is not positive.
     #[error("the width of the image must be positive and finite, but it is {0}")]
@@ -120,7 +122,7 @@ impl Camera {
         let view = look_at(self.origin, self.target, self.up).filter(|_| finite);
         let view = view.ok_or(CameraError::View)?;
         match self.projection {
-            Projection::Perspective { fov } if !(fov > 0.0 && fov <= WIDEST) => {
+            Projection::Perspective { fov } if !(fov > 0.0 && fov <= MAX_FIELD_OF_VIEW) => {
                 Err(CameraError::FieldOfView(fov))
             }
             Projection::Perspective { fov } => {

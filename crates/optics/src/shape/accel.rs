@@ -10,11 +10,11 @@ use glam::DVec3;
 use smallvec::SmallVec;
 
 /// Largest number of shapes for which a linear search is faster than a hierarchy.
-const FEW: usize = 8;
+const MAX_LINEAR_SHAPES: usize = 8;
 
 /// Difference in θ up to which two hits count as one event. The event belongs to the shape that
 /// comes first in the list.
-const TIE: f64 = 1e-12;
+const TIE_TOLERANCE: f64 = 1e-12;
 
 /// Indices of shapes that the arc is known not to intersect.
 pub type Except = [Option<usize>; 2];
@@ -38,7 +38,7 @@ impl Accel {
     /// Creates an accelerator for these shapes, in this order.
     pub fn new(shapes: &[Shape]) -> Self {
         let boxes: Vec<Aabb> = shapes.iter().map(Shape::aabb).collect();
-        let search = if shapes.len() > FEW {
+        let search = if shapes.len() > MAX_LINEAR_SHAPES {
             Search::Tree(Tree::new(boxes.iter().copied()))
         } else {
             // Grow the boxes to cover the rounding of the box test.
@@ -199,12 +199,12 @@ struct Nearest {
 impl Nearest {
     /// Returns the end of the range in which a hit still matters.
     fn end(&self, theta_max: f64) -> f64 {
-        theta_max.min(self.theta + TIE)
+        theta_max.min(self.theta + TIE_TOLERANCE)
     }
 
     fn add(&mut self, i: usize, hit: Meeting) {
         self.theta = self.theta.min(hit.theta);
-        let limit = self.theta + TIE;
+        let limit = self.theta + TIE_TOLERANCE;
         match &mut self.first {
             Some((_, h)) if h.theta <= limit => self.ties.push((i, hit)),
             first => *first = Some((i, hit)),
@@ -219,7 +219,7 @@ impl Nearest {
         if self.ties.is_empty() {
             self.first
         } else {
-            let limit = self.theta + TIE;
+            let limit = self.theta + TIE_TOLERANCE;
             let hits = self.hits().filter(|(_, h)| h.theta <= limit);
             hits.min_by_key(|(i, _)| *i).copied()
         }

@@ -22,7 +22,7 @@ pub struct Cube {
 }
 
 /// Maximum norm below which a local point is certainly not on the surface, whatever the rounding.
-const WITHIN: f64 = 1.0 - 1e-6;
+const INNER_NORM: f64 = 1.0 - 1e-6;
 
 impl Cube {
     /// Creates the image of the cube.
@@ -40,7 +40,7 @@ impl Cube {
             let (u, i) = line.cube()?;
             return Some(face(i).meeting(&line, u));
         }
-        let within = |p: DVec3| p.abs().max_element() < WITHIN;
+        let within = |p: DVec3| p.abs().max_element() < INNER_NORM;
         let curve = Curve::leaving(arc, theta, &self.placement, &LOCAL, within)?;
         // Accept points slightly beyond the edges, so that no curve slips between two faces.
         let limit = 1.0 + self.placement.noise();

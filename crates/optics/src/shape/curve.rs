@@ -8,7 +8,7 @@ use eikonal::ray::bernstein::{evaluate, first_root, product, restrict};
 use glam::DVec3;
 
 /// Growth of the box to which an arc is clipped. It keeps the cut ends well away from the surface.
-const MARGIN: f64 = 0.1;
+const BOX_GROWTH: f64 = 0.1;
 
 /// Error of the local coordinates of an arc cut out of a longer one, relative to its control
 /// points.
@@ -71,7 +71,7 @@ impl Curve {
         if control.into_iter().all(within) {
             return None;
         }
-        let theta = Sweep::new(&control).clip(&bounds.grown(MARGIN), range)?;
+        let theta = Sweep::new(&control).clip(&bounds.grown(BOX_GROWTH), range)?;
         let size = control.iter().fold(0.0, |m: f64, p| m.max(p.length()));
         let cut = |whole: bool| if whole { 0.0 } else { CUT_NOISE * size };
         let noise = [cut(theta[0] == 0.0), cut(theta[1] == 1.0)];

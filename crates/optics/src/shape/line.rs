@@ -8,7 +8,7 @@ use eikonal::ray::Arc;
 use glam::DVec3;
 
 /// Rounding error of a position inside the interval, relative to the length of the line.
-const INSIDE: f64 = 64.0 * f64::EPSILON;
+const POSITION_ERROR: f64 = 64.0 * f64::EPSILON;
 
 /// Straight arc in the local coordinates of a shape; u is θ.
 pub(super) struct Line {
@@ -98,7 +98,7 @@ impl Line {
         let cut = u > 0.0 && u < 1.0;
         self.noise
             + if cut {
-                INSIDE * self.step[axis].abs()
+                POSITION_ERROR * self.step[axis].abs()
             } else {
                 0.0
             }
@@ -260,7 +260,7 @@ impl Range {
 /// `noise` bounds the errors of these values.
 #[inline(always)]
 fn linear([a, b]: [f64; 2], range: [f64; 2], noise: [f64; 2]) -> Option<f64> {
-    let inside = INSIDE * (b - a).abs();
+    let inside = POSITION_ERROR * (b - a).abs();
     let near = noise[0].max(noise[1]) + inside;
     // Reject lines that stay on one side of the plane, as most lines do.
     let apart = (a > near && b > near) || (a < -near && b < -near);
@@ -286,7 +286,7 @@ fn radial(start: DVec3, step: DVec3, range: [f64; 2], noise: [f64; 2]) -> Option
     let height = 1.0 - (start + step * nearest).length_squared();
     // d(r²) = 2r dr with r near 1.
     let noise = noise.map(|n| 4.0 * n);
-    let inside = 4.0 * INSIDE * squared.sqrt();
+    let inside = 4.0 * POSITION_ERROR * squared.sqrt();
     if !(height > -(noise[0].max(noise[1]) + inside) && squared > 0.0) {
         return None;
     }

@@ -5,11 +5,11 @@ use eikonal::Aabb;
 use glam::{DAffine3, DMat3, DVec3};
 
 /// Smallest determinant of an invertible map, relative to the product of the column lengths.
-const SINGULAR: f64 = 1e-12;
+const MIN_DETERMINANT: f64 = 1e-12;
 
 /// Largest relative difference of area elements that count as equal. A rotation written with four
 /// digits has errors of up to 1.5e-4 in lengths and twice as much in areas.
-const EVEN: f64 = 5e-4;
+const AREA_TOLERANCE: f64 = 5e-4;
 
 /// Invertible affine map with its inverse and derived quantities.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,7 +38,7 @@ impl Placement {
         let det = m.determinant();
         let scale = m.x_axis.length() * m.y_axis.length() * m.z_axis.length();
         let to_local = to_world.inverse();
-        if !(det.abs() > SINGULAR * scale && to_local.is_finite()) {
+        if !(det.abs() > MIN_DETERMINANT * scale && to_local.is_finite()) {
             return Err(ShapeError::SingularTransform { det });
         }
         let mut placement = Placement {
@@ -144,7 +144,7 @@ impl Placement {
     /// of a transform.
     pub(super) fn is_even(&self, normals: &[DVec3]) -> bool {
         let first = self.stretch(normals[0]);
-        let alike = |n: &DVec3| (self.stretch(*n) / first - 1.0).abs() < EVEN;
+        let alike = |n: &DVec3| (self.stretch(*n) / first - 1.0).abs() < AREA_TOLERANCE;
         normals.iter().all(alike)
     }
 

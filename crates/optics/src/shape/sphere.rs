@@ -30,7 +30,7 @@ const ROWS: usize = 32;
 
 /// Squared distance from the centre below which a local point is certainly not on the surface,
 /// whatever the rounding.
-const WITHIN: f64 = 1.0 - 1e-6;
+const INNER_SQUARED_RADIUS: f64 = 1.0 - 1e-6;
 
 impl Sphere {
     /// Returns twice the largest singular value of the linear part: the longest axis of the
@@ -88,7 +88,7 @@ impl Sphere {
     }
 
     pub(super) fn meet(&self, arc: &Arc, theta: [f64; 2]) -> Option<Meeting> {
-        let within = |p: DVec3| p.length_squared() < WITHIN;
+        let within = |p: DVec3| p.length_squared() < INNER_SQUARED_RADIUS;
         if arc.is_straight() {
             cross(&Line::new(arc, theta, &self.placement))
         } else {

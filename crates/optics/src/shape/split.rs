@@ -7,18 +7,18 @@ use glam::Vec3;
 use std::ops::Range;
 
 /// Largest number of levels below the root.
-pub(super) const DEPTH: u32 = 64;
+pub(super) const MAX_DEPTH: u32 = 64;
 
 /// Largest number of bins for the centres of boxes along an axis.
-const BINS: usize = 16;
+const MAX_BINS: usize = 16;
 
 /// Largest number of boxes in a leaf, unless they cannot be separated.
-const LEAF: usize = 4;
+const MAX_LEAF_BOXES: usize = 4;
 
 /// Cost of a visit to a node, relative to the test of a shape: the four boxes of a node are tested
 /// together. With a cost of 3 and up to eight boxes in a leaf, pictures of meshes took a tenth more
 /// time.
-const VISIT: f32 = 0.6;
+const VISIT_COST: f32 = 0.6;
 
 /// Box of the list, with its index in the list.
 #[derive(Clone, Copy)]
@@ -96,7 +96,7 @@ pub(super) fn hierarchy(items: Vec<Item>) -> (Vec<Node>, Vec<u32>) {
     let mut tasks = vec![Task {
         node: 0,
         part: whole,
-        levels: DEPTH,
+        levels: MAX_DEPTH,
     }];
     while let Some(task) = tasks.pop() {
         if let Some((middle, around)) = builder.divide(&task) {
@@ -151,7 +151,7 @@ impl Builder {
             max: node.max,
         }
         .half_area();
-        if part.len() <= LEAF && area * (part.len() as f32 - VISIT) <= cost {
+        if part.len() <= MAX_LEAF_BOXES && area * (part.len() as f32 - VISIT_COST) <= cost {
             return None;
         }
         // Leave enough levels for splitting each child by halves.
@@ -171,14 +171,14 @@ impl Builder {
     /// Returns the cheapest split of a part, along an axis on which centres differ.
     fn best_split(&self, part: Range<usize>, binning: &Binning) -> Option<Split> {
         let count = binning.count;
-        let mut bins: [[Bin; BINS]; 3] = [[(0, Bounds::EMPTY); BINS]; 3];
+        let mut bins: [[Bin; MAX_BINS]; 3] = [[(0, Bounds::EMPTY); MAX_BINS]; 3];
         for item in &self.items[part] {
             for (bins, bin) in bins.iter_mut().zip(binning.bins(item)) {
                 bins[bin] = join(bins[bin], (1, item.bounds()));
             }
         }
         let splits = bins.iter().enumerate().filter_map(|(axis, bins)| {
-            let mut above: [Bin; BINS + 1] = [(0, Bounds::EMPTY); BINS + 1];
+            let mut above: [Bin; MAX_BINS + 1] = [(0, Bounds::EMPTY); MAX_BINS + 1];
             for k in (0..count).rev() {
                 above[k] = join(bins[k], above[k + 1]);
             }
@@ -267,7 +267,7 @@ impl Binning {
         let empty = (Vec3::INFINITY, Vec3::NEG_INFINITY);
         let centers = items.iter().map(Item::center);
         let (min, max) = centers.fold(empty, |(min, max), c| (min.min(c), max.max(c)));
-        let count = (2 * items.len()).min(BINS);
+        let count = (2 * items.len()).min(MAX_BINS);
         Binning {
             min,
             scale: count as f32 / (max - min),

@@ -6,7 +6,7 @@ use glam::DVec3;
 use std::f64::consts::TAU;
 
 /// Number of segments into which circles are tessellated.
-const AROUND: usize = 64;
+const CIRCLE_SEGMENTS: usize = 64;
 
 /// Triangles that approximate a shape. Their corners lie on the shape to round-off.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -42,7 +42,7 @@ impl Tessellation {
     /// Adds a surface of revolution about the z axis, in `rows` rows. `profile` returns the radius
     /// and the height at each end of a row.
     pub(super) fn add_turned(&mut self, rows: usize, profile: impl Fn(usize) -> [f64; 2]) {
-        self.add_grid([AROUND, rows], |[i, j]| {
+        self.add_grid([CIRCLE_SEGMENTS, rows], |[i, j]| {
             let [radius, z] = profile(j);
             (radius * circle(i)).with_z(z)
         });
@@ -57,7 +57,7 @@ impl Tessellation {
 /// Returns a point of the unit circle around z.
 fn circle(step: usize) -> DVec3 {
     // The last point equals the first bit for bit.
-    let (sin, cos) = (TAU * (step % AROUND) as f64 / AROUND as f64).sin_cos();
+    let (sin, cos) = (TAU * (step % CIRCLE_SEGMENTS) as f64 / CIRCLE_SEGMENTS as f64).sin_cos();
     DVec3::new(cos, sin, 0.0)
 }
 

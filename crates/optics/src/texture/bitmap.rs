@@ -43,7 +43,7 @@ impl Wrap {
 
 /// Largest absolute coordinate. Beyond it, coordinates have no digits left for a position in the
 /// image.
-const FARTHEST: f64 = 1e15;
+const MAX_COORDINATE: f64 = 1e15;
 
 /// Image over texture coordinates.
 #[derive(Clone, Debug)]
@@ -139,7 +139,7 @@ impl Bitmap {
         let uv = self.to_uv.transform_point2(site.uv.get().into());
         let p = uv * DVec2::new(self.size[0] as f64, self.size[1] as f64);
         let p = if p.is_nan() { DVec2::ZERO } else { p };
-        p.clamp(DVec2::splat(-FARTHEST), DVec2::splat(FARTHEST))
+        p.clamp(DVec2::splat(-MAX_COORDINATE), DVec2::splat(MAX_COORDINATE))
     }
 
     pub(super) fn at(&self, site: &Site) -> Spectrum {

@@ -99,7 +99,7 @@ impl Cut<'_> {
         let low = heights().fold(f64::INFINITY, f64::min).floor();
         let high = heights().fold(f64::NEG_INFINITY, f64::max).ceil();
         // This condition also refuses NaN.
-        if !(high - low <= self.left as f64 && low.abs() <= FARTHEST) {
+        if !(high - low <= self.left as f64 && low.abs() <= MAX_COORDINATE) {
             return Err(TooFine);
         }
         let count = ((high - low) as u64).max(1);
@@ -116,7 +116,7 @@ impl Cut<'_> {
 }
 
 /// Largest absolute coordinate. Beyond it, integers are no longer exact.
-const FARTHEST: f64 = 1e15;
+const MAX_COORDINATE: f64 = 1e15;
 
 /// Returns the part of a convex polygon where a linear function is not negative.
 fn clip(polygon: &[DVec2], height: impl Fn(DVec2) -> f64) -> Vec<DVec2> {

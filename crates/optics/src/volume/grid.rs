@@ -27,10 +27,10 @@ pub(super) type Cell = [i32; 3];
 
 /// Distance outside the unit cube up to which a point counts as inside; larger than rounding
 /// errors.
-const EDGE: f64 = 1e-9;
+const EDGE_TOLERANCE: f64 = 1e-9;
 
 /// Length in θ up to which a part of an arc is ignored.
-const SHORTEST: f64 = 1e-12;
+const MIN_PART_LENGTH: f64 = 1e-12;
 
 /// Samples in f32, x fastest, on the unit cube under an affine transform. Outside the cube,
 /// [`VolumeGrid::at`] continues the values at the edge, and [`VolumeGrid::within`] returns zero.
@@ -322,7 +322,7 @@ impl VolumeGrid {
     /// Returns true if a world position is in the cube.
     pub fn contains(&self, x: DVec3) -> bool {
         let place = self.to_unit.transform_point3(x);
-        place.min_element() >= -EDGE && place.max_element() <= 1.0 + EDGE
+        place.min_element() >= -EDGE_TOLERANCE && place.max_element() <= 1.0 + EDGE_TOLERANCE
     }
 
     /// Returns the value at a world position in the cube, and zero outside.
@@ -375,7 +375,7 @@ impl VolumeGrid {
                 .to_unit
                 .transform_point3(arc.position(0.5 * (pair[0] + pair[1])));
             let inside = middle.min_element() >= 0.0 && middle.max_element() <= 1.0;
-            if !inside || pair[1] - pair[0] <= SHORTEST {
+            if !inside || pair[1] - pair[0] <= MIN_PART_LENGTH {
                 continue;
             }
             match parts.last_mut() {

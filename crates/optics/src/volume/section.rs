@@ -17,7 +17,7 @@ const NODES: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
 
 /// Maximum number of Newton steps for finding a place in a cell. Each step doubles the number of
 /// correct digits.
-const MOST_STEPS: usize = 20;
+const MAX_STEPS: usize = 20;
 
 /// Grid along the straight line over θ ∈ [0, 1].
 #[derive(Clone, Debug)]
@@ -229,7 +229,7 @@ impl<const N: usize> Piece<'_, N> {
     fn invert(&self, [from, to]: [f64; 2], channel: usize, target: f64) -> f64 {
         let (mut low, mut high) = (from, to);
         let mut theta = low;
-        for _ in 0..MOST_STEPS {
+        for _ in 0..MAX_STEPS {
             let excess = self.integral([from, theta])[channel] - target;
             if excess < 0.0 {
                 low = theta

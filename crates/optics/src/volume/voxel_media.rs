@@ -14,7 +14,7 @@ pub struct VoxelMedia {
 }
 
 /// Maximum number of cubes of voxels through which a line is followed.
-const MOST_STEPS: usize = 16;
+const MAX_STEPS: usize = 16;
 
 impl VoxelMedia {
     /// Creates the media of voxels. `parts` holds for each voxel 1 + the index of its medium in
@@ -68,7 +68,7 @@ impl VoxelMedia {
             return true;
         }
         let mut line = self.parts.along(x, direction);
-        for _ in 0..MOST_STEPS {
+        for _ in 0..MAX_STEPS {
             match line.cell() {
                 // Rounding may place a point on a face in the voxel beyond.
                 Some(voxel) if self.medium(self.parts.labels()[voxel]) == Some(medium) => {

@@ -7,7 +7,7 @@ use glam::DVec3;
 use std::f64::consts::{FRAC_1_PI, PI};
 
 /// Smallest roughness of the facets.
-const LEAST_ALPHA: f64 = 1e-3;
+const MIN_ALPHA: f64 = 1e-3;
 /// Difference from 1 of the squared ratio of the smaller roughness to the larger, at full
 /// anisotropy.
 const ANISOTROPY: f64 = 0.9;
@@ -21,7 +21,7 @@ pub(super) fn facets(roughness: f64, anisotropic: f64) -> Microfacets {
     );
     Microfacets::at_least(
         Distribution::Ggx,
-        LEAST_ALPHA,
+        MIN_ALPHA,
         [alpha / aspect, alpha * aspect],
     )
 }

@@ -18,7 +18,7 @@ use glam::DVec3;
 use lobes::{Base, ClearCoat, facets, is_untinted, schlick, schlick_weight, tint};
 
 /// Largest weight of a clear coat.
-const COAT: f64 = 0.25;
+const MAX_COAT_WEIGHT: f64 = 0.25;
 
 /// Parameters of a principled surface; all textures lie in [0, 1].
 #[derive(Clone, Debug)]
@@ -169,7 +169,7 @@ impl Principled {
             clear: (1.0 - metallic) * clear,
             spec_tint: number(&p.spec_tint),
             tint,
-            coat_share: COAT * number(&p.clearcoat),
+            coat_share: MAX_COAT_WEIGHT * number(&p.clearcoat),
             coat: ClearCoat::new(number(&p.clearcoat_gloss)),
             facets: facets(roughness, number(&p.anisotropic)),
             eta: if self.transmits {

@@ -23,7 +23,7 @@ use table::Elements;
 pub struct Spheres {
     /// Radius > 0, in any unit of length.
     pub radius: f64,
-    /// Geometric standard deviation of the radius, from 1 to [`Spheres::MOST_DEVIATION`]. The
+    /// Geometric standard deviation of the radius, from 1 to [`Spheres::MAX_DEVIATION`]. The
     /// standard deviation of the logarithm of the radius is ln `geometric_deviation`.
     pub geometric_deviation: f64,
     /// Refractive index of the spheres, > 0.
@@ -38,14 +38,14 @@ pub struct Spheres {
 
 impl Spheres {
     /// Largest geometric standard deviation.
-    pub const MOST_DEVIATION: f64 = 4.0;
+    pub const MAX_DEVIATION: f64 = 4.0;
     /// Largest size parameter 2πnr/λ of spheres of one size. For spheres of many sizes the limit is
-    /// smaller: [`Spheres::MOST_SIZE_OF_MANY`].
-    pub const MOST_SIZE: f64 = 1000.0;
+    /// smaller: [`Spheres::MAX_SIZE_IN_DISTRIBUTION`].
+    pub const MAX_SIZE: f64 = 1000.0;
     /// Largest size parameter that contributes in a distribution of sizes.
-    pub const MOST_SIZE_OF_MANY: f64 = 300.0;
+    pub const MAX_SIZE_IN_DISTRIBUTION: f64 = 300.0;
     /// Largest index, n or k, relative to the surrounding medium.
-    const MOST_INDEX: f64 = 100.0;
+    const MAX_INDEX: f64 = 100.0;
 
     /// Returns the circumference over the wavelength in the medium, at a radius.
     fn size_parameter(&self, radius: f64) -> f64 {
@@ -79,12 +79,12 @@ impl Spheres {
         positive("radius", self.radius)?;
         positive("wavelength", self.wavelength)?;
         positive("index of the medium around", self.exterior)?;
-        if !(1.0..=Spheres::MOST_DEVIATION).contains(&self.geometric_deviation) {
+        if !(1.0..=Spheres::MAX_DEVIATION).contains(&self.geometric_deviation) {
             return Err(PhaseError::GeometricDeviation(self.geometric_deviation));
         }
         let m = self.relative_index();
-        let valid = m.re > 0.0 && m.re <= Spheres::MOST_INDEX;
-        if !valid || !(0.0..=Spheres::MOST_INDEX).contains(&m.im) {
+        let valid = m.re > 0.0 && m.re <= Spheres::MAX_INDEX;
+        if !valid || !(0.0..=Spheres::MAX_INDEX).contains(&m.im) {
             return Err(PhaseError::SphereIndex {
                 n: self.n,
                 k: self.k,

@@ -6,7 +6,7 @@ use num_complex::Complex64;
 
 /// Number of additional orders at which the downward recurrence of logarithmic derivatives starts.
 /// It starts from zero, and needs them to converge.
-const SETTLING: usize = 16;
+const EXTRA_ORDERS: usize = 16;
 
 /// Partial waves of a sphere.
 #[derive(Clone, Debug)]
@@ -114,7 +114,7 @@ fn terms(x: f64) -> usize {
 /// Computes ψₙ′(z)/ψₙ(z) of Riccati–Bessel functions for n from 0 to `count`, by downward
 /// recurrence, which is stable.
 fn logarithmic_derivatives(z: Complex64, count: usize) -> Vec<Complex64> {
-    let start = count.max(terms(z.norm())) + SETTLING;
+    let start = count.max(terms(z.norm())) + EXTRA_ORDERS;
     let mut kept = vec![Complex64::ZERO; count + 1];
     let mut derivative = Complex64::ZERO;
     for n in (1..=start).rev() {

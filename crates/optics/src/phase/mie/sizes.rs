@@ -6,15 +6,15 @@ use super::{PhaseError, Series, Spheres};
 use std::f64::consts::PI;
 
 /// Lower limit of the logarithms of radii, relative to the median, in standard deviations.
-const FROM: f64 = -6.0;
+const MIN_LOG_RADIUS: f64 = -6.0;
 /// Largest distance of nodes in standard deviations. The quadrature of smooth functions converges
 /// exponentially, so it is exact to rounding.
-const STEP: f64 = 0.25;
+const MAX_STEP: f64 = 0.25;
 /// Largest distance of nodes in size parameter, at the largest spheres. Interference has a period
 /// of about π.
-const STEP_OF_SIZE: f64 = 1.0;
+const MAX_SIZE_STEP: f64 = 1.0;
 /// Contribution to all scattering below which larger spheres are omitted.
-const NEGLIGIBLE: f64 = 1e-6;
+const MIN_CONTRIBUTION: f64 = 1e-6;
 
 /// Spheres of one size.
 pub(super) struct Size {
@@ -31,12 +31,12 @@ pub(super) fn sizes(spheres: &Spheres) -> Result<Vec<Size>, PhaseError> {
     let deviation = spheres.geometric_deviation.ln();
     if deviation == 0.0 {
         let x = spheres.size_parameter(spheres.radius);
-        return within(x, Spheres::MOST_SIZE).map(|()| vec![size(spheres, spheres.radius, 1.0)]);
+        return within(x, Spheres::MAX_SIZE).map(|()| vec![size(spheres, spheres.radius, 1.0)]);
     }
-    let coarse = until_negligible(spheres, STEP)?;
+    let coarse = until_negligible(spheres, MAX_STEP)?;
     let largest = coarse.last().map_or(spheres.radius, |s| s.radius);
-    let step = STEP_OF_SIZE / (deviation * spheres.size_parameter(largest));
-    if step >= STEP {
+    let step = MAX_SIZE_STEP / (deviation * spheres.size_parameter(largest));
+    if step >= MAX_STEP {
         return Ok(coarse);
     }
     until_negligible(spheres, step)
@@ -48,16 +48,19 @@ fn until_negligible(spheres: &Spheres, step: f64) -> Result<Vec<Size>, PhaseErro
     let deviation = spheres.geometric_deviation.ln();
     let mut sizes = Vec::new();
     let mut scattering = 0.0;
-    for t in (0..).map(|k| FROM + step * f64::from(k)) {
+    for t in (0..).map(|k| MIN_LOG_RADIUS + step * f64::from(k)) {
         let radius = spheres.radius * (deviation * t).exp();
-        within(spheres.size_parameter(radius), Spheres::MOST_SIZE_OF_MANY)?;
+        within(
+            spheres.size_parameter(radius),
+            Spheres::MAX_SIZE_IN_DISTRIBUTION,
+        )?;
         let number = step * (-0.5 * t * t).exp() / (2.0 * PI).sqrt();
         let size = size(spheres, radius, number);
         let brings = number * radius * radius * size.series.scattering();
         scattering += brings;
         sizes.push(size);
         // The contribution increases up to some size and decreases beyond it.
-        if t > 0.0 && brings < NEGLIGIBLE * step * scattering {
+        if t > 0.0 && brings < MIN_CONTRIBUTION * step * scattering {
             break;
         }
     }

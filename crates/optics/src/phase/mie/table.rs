@@ -11,7 +11,7 @@ const TOLERANCE: f64 = 2e-3;
 /// Number of initial intervals per partial wave: several for each lobe.
 const PLACES_PER_TERM: usize = 4;
 /// Maximum number of halvings of an interval. This is a safeguard that spheres do not reach.
-const MOST_HALVINGS: u32 = 12;
+const MAX_HALVINGS: u32 = 12;
 
 /// Elements of the scattering matrix of spheres, summed over sizes.
 #[derive(Clone, Copy, Debug, Default)]
@@ -104,7 +104,7 @@ fn refine(
     let middle = at(angle, angle.cos());
     let t = (middle.cos - from.cos) / (to.cos - from.cos);
     let guess = from.elements.mixed(&to.elements, t);
-    if halvings < MOST_HALVINGS && middle.elements.differs(&guess) {
+    if halvings < MAX_HALVINGS && middle.elements.differs(&guess) {
         refine(at, [from, middle], halvings + 1, places);
         refine(at, [middle, to], halvings + 1, places);
     } else {

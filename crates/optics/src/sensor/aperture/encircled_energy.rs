@@ -6,7 +6,7 @@
 const STEP: f64 = std::f64::consts::PI / 32.0;
 /// Largest radius of the table, times 1 − ε, where ε is the obscured fraction of the radius. Beyond
 /// it, rings add less than 1e-6 to the mean decay.
-const REACH: f64 = 1200.0;
+const MAX_RADIUS: f64 = 1200.0;
 /// Nodes and weights of Gauss's rule of three points on [−1, 1].
 const GAUSS: [[f64; 2]; 3] = [
     [-0.774_596_669_241_483_4, 5.0 / 9.0],
@@ -26,7 +26,7 @@ pub(super) struct EncircledEnergy {
 impl EncircledEnergy {
     /// Tabulates E for an aperture with the obscuration ε in [0, 1).
     pub(super) fn new(obscuration: f64) -> Self {
-        let count = (REACH / (1.0 - obscuration) / STEP).ceil() as usize;
+        let count = (MAX_RADIUS / (1.0 - obscuration) / STEP).ceil() as usize;
         let mut energy = 0.0;
         let mut nodes = vec![[0.0; 2]];
         for i in 0..count {
@@ -135,7 +135,7 @@ mod tests {
     fn rings_have_the_energy_of_their_integral() {
         for obscuration in [0.2, 0.5, 0.9] {
             let table = EncircledEnergy::new(obscuration);
-            let end = REACH / (1.0 - obscuration);
+            let end = MAX_RADIUS / (1.0 - obscuration);
             let wanted = [0.1, 0.3, 0.5, 0.7, 0.9, 0.99, 0.999, 0.9998];
             let radii = wanted.map(|energy| table.radius(energy));
             assert!(radii[7] > end, "the last one is beyond the table");

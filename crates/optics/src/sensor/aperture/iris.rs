@@ -1,7 +1,7 @@
 //! Opening of an iris with straight blades, behind obstructions.
 
 use super::sharpen::sharpened;
-use super::{ApertureError, MOST_EDGES};
+use super::{ApertureError, MAX_EDGES};
 use glam::DVec2;
 use std::f64::consts::{PI, TAU};
 
@@ -42,10 +42,10 @@ impl Iris {
         if !(0.0..1.0).contains(&self.obscuration) {
             return Err(ApertureError::Obscuration(self.obscuration));
         }
-        if self.blades != 0 && !(3..=MOST_EDGES).contains(&self.blades) {
+        if self.blades != 0 && !(3..=MAX_EDGES).contains(&self.blades) {
             return Err(ApertureError::Blades(self.blades));
         }
-        if self.vanes > MOST_EDGES {
+        if self.vanes > MAX_EDGES {
             return Err(ApertureError::Vanes(self.vanes));
         }
         if self.vanes > 0 && !(self.vane_width > 0.0 && self.vane_width <= 1.0) {

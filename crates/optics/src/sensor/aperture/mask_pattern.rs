@@ -7,9 +7,9 @@ use rustfft::{Fft, FftPlanner};
 use std::f64::consts::PI;
 
 /// Minimum number of nodes per cell along each axis of a period of the pattern.
-const NODES: usize = 8;
+const MIN_NODES_PER_CELL: usize = 8;
 /// Minimum number of nodes along each axis.
-const LEAST: usize = 2048;
+const MIN_NODES: usize = 2048;
 /// Number of orders on each side of the centre that are treated one by one. The power beyond falls
 /// like a continuum.
 const ORDERS: i32 = 16;
@@ -37,7 +37,7 @@ impl MaskPattern {
     /// Computes the pattern of `side`² cells with the given mean amplitudes, not all zero and at
     /// most one each, that transmit the given `power`.
     pub(super) fn new(side: usize, amplitudes: &[f64], power: f64) -> Self {
-        let period = (NODES * side).max(LEAST);
+        let period = (MIN_NODES_PER_CELL * side).max(MIN_NODES);
         let nodes = Grid2::new(period, period / 2 + 1, &powers(period, side, amplitudes));
         let Ok(nodes) = nodes else {
             unreachable!("an aperture that is open lets light pass");

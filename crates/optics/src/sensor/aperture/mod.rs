@@ -39,10 +39,10 @@ pub enum ApertureError {
     #[error("the obscuration must be in [0, 1), but it is {0}")]
     Obscuration(f64),
     /// The number of blades of an iris is out of range.
-    #[error("an iris has 3 to {MOST_EDGES} blades, or 0 where it is round, not {0}")]
+    #[error("an iris has 3 to {MAX_EDGES} blades, or 0 where it is round, not {0}")]
     Blades(u32),
     /// There are too many vanes.
-    #[error("there may be up to {MOST_EDGES} vanes, not {0}")]
+    #[error("there may be up to {MAX_EDGES} vanes, not {0}")]
     Vanes(u32),
     /// The width of vanes is out of range.
     #[error(
@@ -54,7 +54,7 @@ pub enum ApertureError {
     Angle(f64),
     /// The number of cells along a side of a mask is out of range.
     #[error(
-        "a picture of an aperture has 1 to {MOST_CELLS} pixels along each side, not {0}: scale it"
+        "a picture of an aperture has 1 to {MAX_CELLS} pixels along each side, not {0}: scale it"
     )]
     Cells(usize),
     /// The number of values of a mask does not match its size.
@@ -76,9 +76,9 @@ pub enum ApertureError {
 }
 
 /// Maximum number of blades, and of vanes.
-const MOST_EDGES: u32 = 100;
+const MAX_EDGES: u32 = 100;
 /// Maximum number of cells along a side of a mask.
-const MOST_CELLS: usize = 512;
+const MAX_CELLS: usize = 512;
 
 impl From<DistributionError> for ApertureError {
     /// Converts the error. Values have been checked before, so only a sum of zero remains.
@@ -118,7 +118,7 @@ impl ApertureShape {
     /// Fails if the number of cells does not match, if values are out of range, or if nothing is
     /// open. See [`ApertureError`].
     pub fn picture(side: usize, transmittances: &[f64]) -> Result<Self, ApertureError> {
-        if !(1..=MOST_CELLS).contains(&side) {
+        if !(1..=MAX_CELLS).contains(&side) {
             return Err(ApertureError::Cells(side));
         }
         let (expected, found) = (side * side, transmittances.len());

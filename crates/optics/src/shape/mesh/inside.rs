@@ -32,7 +32,7 @@ pub const DIRECTIONS: [DVec3; 6] = [
 ];
 
 /// Relative area below which a line passes too close to an edge to decide on which side.
-const CLOSE: f64 = 1e-9;
+const MIN_EDGE_AREA: f64 = 1e-9;
 
 impl Mesh {
     pub(in crate::shape) fn contains(&self, p: DVec3) -> bool {
@@ -127,7 +127,9 @@ fn crossing(e: [f64; 3], z: [f64; 3]) -> Option<f64> {
     }
     let det = e[0] + e[1] + e[2];
     let w = e.map(|x| x * det.signum() / size);
-    if size == 0.0 || w.iter().all(|x| *x >= -CLOSE) && w.iter().any(|x| *x <= CLOSE) {
+    if size == 0.0
+        || w.iter().all(|x| *x >= -MIN_EDGE_AREA) && w.iter().any(|x| *x <= MIN_EDGE_AREA)
+    {
         return None;
     }
     let t = (e[0] * z[0] + e[1] * z[1] + e[2] * z[2]) / det;

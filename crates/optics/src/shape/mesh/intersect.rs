@@ -9,10 +9,10 @@ use glam::{DVec3, Vec3Swizzles};
 
 /// Largest deviation of a piece of an arc from its chord, as a fraction of half the size of the
 /// mesh. A piece that deviates more is halved before traversal.
-const STRAY: f64 = 1.0 / 64.0;
+const MAX_DEVIATION: f64 = 1.0 / 64.0;
 
 /// Maximum number of times that an arc is halved. Each halving divides the deviation by four.
-const HALVINGS: u32 = 8;
+const MAX_HALVINGS: u32 = 8;
 
 /// Nearest hit so far: θ, triangle, barycentric coordinates.
 struct Nearest {
@@ -45,7 +45,7 @@ impl Mesh {
                 control: arc.control(),
                 theta: [0.0, 1.0],
             };
-            self.meet_arc(&piece, range, HALVINGS, &mut nearest);
+            self.meet_arc(&piece, range, MAX_HALVINGS, &mut nearest);
         }
         let (theta, triangle, w) = nearest.hit?;
         Some(Meeting {
@@ -96,7 +96,7 @@ impl Mesh {
             return;
         }
         // Halve pieces that deviate too much from their chords.
-        if sweep.deviation() > STRAY && halvings > 0 {
+        if sweep.deviation() > MAX_DEVIATION && halvings > 0 {
             for half in piece.halves() {
                 self.meet_arc(&half, range, halvings - 1, nearest);
             }

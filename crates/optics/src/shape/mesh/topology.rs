@@ -6,7 +6,7 @@ use glam::DVec3;
 use std::collections::HashMap;
 
 /// Largest number of vertex–triangle pairs for which convexity is checked.
-const CONVEXITY_PAIRS: usize = 20_000_000;
+const MAX_CONVEXITY_PAIRS: usize = 20_000_000;
 
 /// Returns true if every edge is shared by exactly two triangles that traverse it in opposite
 /// directions. Vertices at the same position count as one, so that seams of texture coordinates do
@@ -70,7 +70,7 @@ pub(super) fn cone_volume(positions: &[DVec3], triangles: &[[u32; 3]], o: DVec3)
 /// Returns true if all vertices lie behind the planes of all triangles of a closed mesh. Returns
 /// false for large meshes, because the check would take long.
 pub(super) fn is_convex(positions: &[DVec3], triangles: &[[u32; 3]], bounds: &Aabb) -> bool {
-    if positions.len().saturating_mul(triangles.len()) > CONVEXITY_PAIRS {
+    if positions.len().saturating_mul(triangles.len()) > MAX_CONVEXITY_PAIRS {
         return false;
     }
     let slack = 1e-12 * (bounds.diagonal() + bounds.center().length());
