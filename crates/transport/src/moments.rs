@@ -11,7 +11,7 @@ use std::ops::AddAssign;
 
 /// Number of scores of the largest size that a mean needs at least, so that its error is reliable.
 /// With ten equal scores, such as arrivals in a bin, the error itself is known to a sixth.
-pub const LEAST_EFFECTIVE: f64 = 10.0;
+pub const MIN_EFFECTIVE: f64 = 10.0;
 /// Relative tolerance for rounding of sums.
 const ROUNDING: f64 = 1e-9;
 /// Tail index α of the heaviest accepted tail P(x > t) ~ t^−α. Its variance is finite and can be
@@ -20,7 +20,7 @@ const ROUNDING: f64 = 1e-9;
 const TAIL_INDEX: f64 = 3.0;
 /// Alternative limit: multiple of the fraction of the scatter that the largest of exponentially
 /// distributed scores holds.
-const TIMES_EXPONENTIAL: f64 = 2.0;
+const EXPONENTIAL_MULTIPLE: f64 = 2.0;
 
 /// Sums over scores. Their number is kept elsewhere, so that zero scores need not be added.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -104,10 +104,10 @@ impl Moments {
     }
 
     /// Returns true if the error of the mean is unreliable: the largest score exceeds one part in
-    /// [`LEAST_EFFECTIVE`] of the sum. This includes all cases with fewer effective scores than
+    /// [`MIN_EFFECTIVE`] of the sum. This includes all cases with fewer effective scores than
     /// that. A mean of zeros only is not flagged.
     pub fn few(&self) -> bool {
-        self.largest * LEAST_EFFECTIVE > self.sum.value().abs() * (1.0 + ROUNDING)
+        self.largest * MIN_EFFECTIVE > self.sum.value().abs() * (1.0 + ROUNDING)
     }
 }
 
@@ -152,11 +152,11 @@ impl Tail {
     }
 
     /// Returns the ratio of that fraction to the largest fraction of accepted tails, for n scores:
-    /// n^(2/α − 1), or (ln n)²/n times `TIMES_EXPONENTIAL`.
+    /// n^(2/α − 1), or (ln n)²/n times `EXPONENTIAL_MULTIPLE`.
     pub fn excess(&self) -> f64 {
         let n = self.count.max(2) as f64;
         let power = n.powf(2.0 / TAIL_INDEX - 1.0);
-        let exponential = TIMES_EXPONENTIAL * n.ln().powi(2) / n;
+        let exponential = EXPONENTIAL_MULTIPLE * n.ln().powi(2) / n;
         self.share() / power.max(exponential)
     }
 

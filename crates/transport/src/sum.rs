@@ -39,7 +39,7 @@ pub struct ReproducibleSum {
 
 impl ReproducibleSum {
     /// Maximum number of numbers that a sum can add.
-    pub const MOST: u64 = 1 << 27;
+    pub const MAX_NUMBERS: u64 = 1 << 27;
 
     /// Adds a number, which must be finite.
     pub fn add(&mut self, value: f64) {
@@ -201,7 +201,7 @@ mod tests {
             let value = sign * (2f64.powi(33) - 2f64.powi(-19));
             let mut total = sum([value]);
             let mut n = 1u64;
-            while n < ReproducibleSum::MOST {
+            while n < ReproducibleSum::MAX_NUMBERS {
                 total += total;
                 n *= 2;
             }

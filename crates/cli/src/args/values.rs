@@ -72,11 +72,11 @@ pub fn seed(text: &str) -> Result<u64, String> {
 }
 
 pub fn samples(text: &str) -> Result<u64, String> {
-    count(text, ReproducibleSum::MOST, "256 or 1e3")
+    count(text, ReproducibleSum::MAX_NUMBERS, "256 or 1e3")
 }
 
 pub fn particles(text: &str) -> Result<u64, String> {
-    count(text, MeasureOptions::MOST, "250000 or 1e7")
+    count(text, MeasureOptions::MAX_PARTICLES, "250000 or 1e7")
 }
 
 /// Parses a whole number from 1 to `most`, which may be written like `1e7`.
@@ -278,7 +278,7 @@ mod tests {
             assert!(particles(bad).is_err(), "{bad}");
             assert!(samples(bad).is_err(), "{bad}");
         }
-        let most = MeasureOptions::MOST;
+        let most = MeasureOptions::MAX_PARTICLES;
         assert_eq!(particles(&most.to_string()), Ok(most));
         assert!(particles(&(most + 1).to_string()).is_err());
     }

@@ -14,7 +14,7 @@ const SIDE: usize = 32;
 /// Samples per pixel of two renders; the difference of their times excludes the pilot.
 const SAMPLES: [u64; 2] = [4, 20];
 /// Samples per pixel for the variance, which comes in part from rare bright samples.
-const MANY: u64 = 64;
+const VARIANCE_SAMPLES: u64 = 64;
 const DEPTH: u32 = 8;
 
 pub fn table() {
@@ -77,7 +77,7 @@ type Row = (Integrator, bool);
 
 fn print(scene: &Scene, row: Row, seconds: f64) {
     let [few, more] = SAMPLES.map(|samples| render(scene, row, samples, 1));
-    let many = render(scene, row, MANY, 2);
+    let many = render(scene, row, VARIANCE_SAMPLES, 2);
     let work = more.stats.work.evaluations - few.stats.work.evaluations;
     let shots = more.stats.work.shots - few.stats.work.shots;
     let counts = [few.stats.connections, more.stats.connections];

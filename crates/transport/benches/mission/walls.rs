@@ -14,7 +14,7 @@ use testkit::Rng;
 const ROUNDS: usize = 5;
 const PAIRS: usize = 3000;
 /// Smallest probability of a search for further branches in renders.
-const LEAST: f64 = 1.0 / 16.0;
+const MIN_SEARCH: f64 = 1.0 / 16.0;
 
 pub fn table() {
     let scene = Scene::new(lens::scene()).expect("the scene is valid");
@@ -85,7 +85,7 @@ fn row(scene: &Scene, name: &str, points: &[DVec3], other: DVec3, from_other: bo
     let all = |search: f64| connect(scene, points, other, from_other, search);
     // Choose the search probability as the pilot of a render would.
     let counts = all(1.0).stats.connections;
-    let search = (counts.secondary as f64 / counts.searches.max(1) as f64).clamp(LEAST, 1.0);
+    let search = (counts.secondary as f64 / counts.searches.max(1) as f64).clamp(MIN_SEARCH, 1.0);
     let outcome = all(search);
     let times = race(
         ROUNDS,

@@ -3,7 +3,7 @@
 
 /// Minimum probability of the rarer of reflection and refraction. Near grazing incidence and near
 /// the critical angle the refracted fraction vanishes, but its derivative does not.
-const LEAST: f64 = 0.25;
+const MIN_PROBABILITY: f64 = 0.25;
 
 /// Reflected or refracted fraction of the power, F or 1 − F, with its derivatives.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -59,7 +59,7 @@ impl FresnelShare {
         if self.value == 0.0 || self.value >= 1.0 {
             self.value
         } else {
-            self.value.min(1.0 - LEAST)
+            self.value.min(1.0 - MIN_PROBABILITY)
         }
     }
 }

@@ -9,7 +9,7 @@ use glam::DVec3;
 
 /// Minimum probability of the rarer of real and null collisions. Where either vanishes, its
 /// derivative does not.
-const LEAST: f64 = 0.0625;
+const MIN_PROBABILITY: f64 = 0.0625;
 
 /// Difference from 1 below which a fraction counts as 1.
 const ROUNDING: f64 = 1e-12;
@@ -82,7 +82,7 @@ impl Chance<'_> {
 /// as constant.
 pub(super) fn probability(share: f64) -> f64 {
     if share > 0.0 && share < 1.0 - ROUNDING {
-        share.clamp(LEAST, 1.0 - LEAST)
+        share.clamp(MIN_PROBABILITY, 1.0 - MIN_PROBABILITY)
     } else {
         share
     }

@@ -20,11 +20,11 @@ use std::ops::{ControlFlow, Range};
 
 /// Optical depth of a boundary beyond which it does not affect collisions: a fraction e^−24 of the
 /// light reaches it.
-const DEEP: f64 = 24.0;
+const MAX_OPTICAL_DEPTH: f64 = 24.0;
 /// Maximum arc length of a flight through clear matter, in radii of the scene.
-const LONGEST: f64 = 64.0;
+const MAX_FLIGHT: f64 = 64.0;
 /// Maximum survival probability of Russian roulette.
-const LONGEST_ROULETTE: f64 = 0.95;
+const MAX_SURVIVAL: f64 = 0.95;
 
 /// Scene and parameters of walks.
 #[derive(Clone, Copy, Debug)]
@@ -113,9 +113,9 @@ impl Walking<'_, '_> {
         let rank = self.sampler.next_1d_for(Purpose::Distance);
         let depth = -(-rank).ln_1p();
         let length = if extinction > 0.0 {
-            DEEP.max(depth) / extinction
+            MAX_OPTICAL_DEPTH.max(depth) / extinction
         } else {
-            LONGEST * scene.around().radius
+            MAX_FLIGHT * scene.around().radius
         };
         let Some((end, met)) = self.fly(length) else {
             return self.lose();
@@ -288,7 +288,7 @@ impl Walking<'_, '_> {
     fn roulette(&mut self, unit: f64) -> ControlFlow<()> {
         let relative = self.throughput.max() / unit;
         let survival = if self.depth >= self.walk.rr_depth {
-            relative.min(LONGEST_ROULETTE)
+            relative.min(MAX_SURVIVAL)
         } else {
             1.0
         };

@@ -46,7 +46,7 @@ impl Default for PathTracer {
 
 /// Probability of computing the discovery probability of an edge that hit an emitter, divided by
 /// the largest MIS weight that connections may have. Small weights are thus computed rarely.
-const ASK: f64 = 4.0;
+const DISCOVERY_OVERSAMPLING: f64 = 4.0;
 
 /// The next ray of the path, with the data that its MIS weight needs.
 struct Next {
@@ -534,7 +534,7 @@ impl<L: PathLog> Tracing<'_, L> {
         let asked = if self.scene.is_straight() || self.ws.nee_training.is_some() {
             1.0
         } else {
-            (ASK * most).min(1.0)
+            (DISCOVERY_OVERSAMPLING * most).min(1.0)
         };
         if asked < 1.0 && self.sampler.next_1d() >= asked {
             return 1.0;

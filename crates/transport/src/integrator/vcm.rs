@@ -34,7 +34,7 @@ pub struct Vcm {
 }
 
 /// Dimension of the balls within which vertices in media are merged.
-const IN_MEDIA: f64 = 3.0;
+const BALL_DIMENSION: f64 = 3.0;
 
 impl Default for Vcm {
     fn default() -> Self {
@@ -62,7 +62,7 @@ impl Vcm {
 
     /// Returns the radii of a sample, given the radius of the first.
     pub(crate) fn radii(first: f64, sample: u64) -> Radii {
-        Radii::shrunk(first, sample, IN_MEDIA)
+        Radii::shrunk(first, sample, BALL_DIMENSION)
     }
 
     /// Returns the radius of the first sample, given light subpaths of the scene.

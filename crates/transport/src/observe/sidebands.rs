@@ -22,9 +22,9 @@ pub struct Sidebands {
 
 impl Sidebands {
     /// Largest value of the highest order.
-    pub const MOST_ORDERS: u32 = 100;
+    pub const MAX_ORDERS: u32 = 100;
     /// Largest number of delays.
-    pub const MOST_DELAYS: u32 = 1000;
+    pub const MAX_DELAYS: u32 = 1000;
 
     /// Creates orders up to `orders`, and `delays` equal steps of the delay up to half a period of
     /// the sound. The wavelength is in vacuum, in scene units. Returns `None` if the wavelength is
@@ -41,7 +41,7 @@ impl Sidebands {
     pub fn new(wavelength: f64, orders: u32, delays: u32) -> Option<Self> {
         let wave_number = TAU / wavelength;
         let known = wavelength > 0.0 && wave_number > 0.0 && wave_number.is_finite();
-        let few = orders <= Self::MOST_ORDERS && delays <= Self::MOST_DELAYS;
+        let few = orders <= Self::MAX_ORDERS && delays <= Self::MAX_DELAYS;
         (known && few).then_some(Sidebands {
             wave_number,
             orders,
@@ -94,7 +94,7 @@ impl Sidebands {
     #[inline]
     pub(crate) fn shares(&self, modulation: DVec2) -> SmallVec<[f64; 8]> {
         let square = self.wave_number * self.wave_number * modulation.length_squared();
-        if (self.orders, self.delays) == (1, 0) && square <= SLOW {
+        if (self.orders, self.delays) == (1, 0) && square <= MAX_SQUARED_ARGUMENT {
             SmallVec::from_slice(&slow_squares::<2>(square))
         } else {
             self.all_shares(square)
@@ -104,7 +104,7 @@ impl Sidebands {
     /// Returns the fractions of all parts for any orders and delays, given the square of the phase.
     fn all_shares(&self, square: f64) -> SmallVec<[f64; 8]> {
         let orders = self.orders as usize;
-        if orders < ORDERS && self.delays == 0 && square <= SLOW {
+        if orders < ORDERS && self.delays == 0 && square <= MAX_SQUARED_ARGUMENT {
             return SmallVec::from_slice(&slow_squares::<ORDERS>(square)[..=orders]);
         }
         let phase = square.sqrt();
@@ -139,7 +139,7 @@ pub fn correlation(phase: f64, half_turn: f64) -> f64 {
 
 /// Returns J_m(x)² of the orders from 0 to `orders`, given x².
 fn squares(square: f64, orders: u32) -> impl Iterator<Item = f64> {
-    let of_slow = (square <= SLOW).then(|| slow_squares::<ORDERS>(square));
+    let of_slow = (square <= MAX_SQUARED_ARGUMENT).then(|| slow_squares::<ORDERS>(square));
     let x = square.sqrt();
     (0..=orders).map(move |order| match (order as usize, of_slow) {
         (m @ 0..ORDERS, Some(squares)) => squares[m],
@@ -150,7 +150,7 @@ fn squares(square: f64, orders: u32) -> impl Iterator<Item = f64> {
 }
 
 /// Largest x² at which J_m of the first [`ORDERS`] orders is summed as a series of [`TERMS`] terms.
-const SLOW: f64 = 4.0;
+const MAX_SQUARED_ARGUMENT: f64 = 4.0;
 const ORDERS: usize = 4;
 const TERMS: usize = 12;
 
@@ -174,8 +174,8 @@ const SERIES: [[f64; ORDERS]; TERMS] = {
     series
 };
 
-/// Returns J_m(x)² of the first orders for x² up to [`SLOW`], to rounding, without roots and
-/// divisions.
+/// Returns J_m(x)² of the first orders for x² up to [`MAX_SQUARED_ARGUMENT`], to rounding, without
+/// roots and divisions.
 #[inline]
 fn slow_squares<const N: usize>(square: f64) -> [f64; N] {
     let z = 0.25 * square;
@@ -257,6 +257,6 @@ mod tests {
         for wavelength in [0.0, -1.0, f64::NAN, f64::INFINITY] {
             assert!(Sidebands::new(wavelength, 1, 0).is_none());
         }
-        assert!(Sidebands::new(1.0, Sidebands::MOST_ORDERS + 1, 0).is_none());
+        assert!(Sidebands::new(1.0, Sidebands::MAX_ORDERS + 1, 0).is_none());
     }
 }

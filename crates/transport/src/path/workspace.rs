@@ -13,11 +13,11 @@ use eikonal::{Solver, Tolerance};
 use serde::{Deserialize, Serialize};
 
 /// Default probability of searching a connection that may not be unique for further branches.
-const SEARCH: f64 = 0.25;
+const SEARCH_PROBABILITY: f64 = 0.25;
 /// Assumed probability that a random start leads to a branch, for MIS weights, and the factor by
 /// which each reflection reduces it.
-const DISCOVERY: f64 = 0.05;
-const DISCOVERY_REFLECTED: f64 = 0.02;
+const DISCOVERY_PROBABILITY: f64 = 0.05;
+const DISCOVERY_PER_REFLECTION: f64 = 0.02;
 
 /// An arc of a ray within one medium.
 #[derive(Clone, Copy, Debug)]
@@ -98,7 +98,7 @@ impl Workspace {
             solver: Solver::new(tolerance),
             stats: Stats::default(),
             particle_balance: ParticleBalance::default(),
-            search: SEARCH,
+            search: SEARCH_PROBABILITY,
             rates: NeeRates::default(),
             nee_training: None,
             strategies: StrategyRates::default(),
@@ -130,6 +130,8 @@ impl Workspace {
     /// about 2/(qP), as if qP/2 samples had been taken. P itself is unknown. Any estimate of P that
     /// depends only on the branch is unbiased.
     pub(in crate::path) fn random_discovery(&self, geometry: &EdgeGeometry) -> f64 {
-        self.search * DISCOVERY * DISCOVERY_REFLECTED.powi(geometry.reflections.min(64) as i32)
+        self.search
+            * DISCOVERY_PROBABILITY
+            * DISCOVERY_PER_REFLECTION.powi(geometry.reflections.min(64) as i32)
     }
 }

@@ -10,11 +10,11 @@ use glam::DVec3;
 
 /// Radius within which photons contribute, as a fraction of the scene's radius, if there are too
 /// few photons to choose the radius.
-const LONELY: f64 = 0.05;
+const FALLBACK_RADIUS: f64 = 0.05;
 /// Number of photons within an automatic radius around a typical photon.
 const NEIGHBOURS: usize = 10;
 /// Number of photons whose neighbours are examined.
-const TYPICAL: usize = 64;
+const EXAMINED_PHOTONS: usize = 64;
 
 /// Photons of many light subpaths.
 #[derive(Clone, Debug)]
@@ -71,7 +71,7 @@ impl PhotonMap {
 
     /// Returns a radius for the first of many similar maps.
     pub(crate) fn first_radius(&self, scene: &Scene) -> f64 {
-        let lonely = LONELY * scene.around().radius;
+        let lonely = FALLBACK_RADIUS * scene.around().radius;
         self.typical_radius().unwrap_or(lonely)
     }
 
@@ -85,14 +85,16 @@ impl PhotonMap {
             .collect();
         let last = all.len().checked_sub(1).filter(|&last| last > 0)?;
         let radius = |i: usize| {
-            let x = all[i * last / TYPICAL];
+            let x = all[i * last / EXAMINED_PHOTONS];
             let mut distances: Vec<f64> = all.iter().map(|y| y.distance(x)).collect();
             *distances
                 .select_nth_unstable_by(NEIGHBOURS.min(last), f64::total_cmp)
                 .1
         };
-        let mut radii: Vec<f64> = (0..TYPICAL).map(radius).collect();
-        let median = *radii.select_nth_unstable_by(TYPICAL / 2, f64::total_cmp).1;
+        let mut radii: Vec<f64> = (0..EXAMINED_PHOTONS).map(radius).collect();
+        let median = *radii
+            .select_nth_unstable_by(EXAMINED_PHOTONS / 2, f64::total_cmp)
+            .1;
         (median > 0.0).then_some(median)
     }
 }

@@ -6,10 +6,10 @@ use eikonal::ray::Arc;
 use glam::DVec3;
 
 /// Maximum distance of a piece from its chord, as a fraction of the radius.
-const SAG: f64 = 0.25;
-/// Maximum number of pieces of a span. Longer pieces may be farther from their chords than [`SAG`]
-/// allows. Results stay exact, but more photons are examined.
-const MOST: f64 = 256.0;
+const MAX_SAG: f64 = 0.25;
+/// Maximum number of pieces of a span. Longer pieces may be farther from their chords than
+/// [`MAX_SAG`] allows. Results stay exact, but more photons are examined.
+const MAX_PIECES: f64 = 256.0;
 
 /// Piece of an arc, with the distance within which photons contribute.
 pub(crate) struct GatherPiece<'a> {
@@ -38,7 +38,10 @@ pub(crate) fn pieces<'a>(span: &'a Span, radius: f64) -> impl Iterator<Item = Ga
             .fold(0.0, f64::max)
     };
     let sag = move |width: f64| 2.5 * width * width * bend;
-    let count = (sag(end) / (SAG * radius)).sqrt().ceil().clamp(1.0, MOST) as usize;
+    let count = (sag(end) / (MAX_SAG * radius))
+        .sqrt()
+        .ceil()
+        .clamp(1.0, MAX_PIECES) as usize;
     let width = end / count as f64;
     (0..count).map(move |i| {
         let range = [i, i + 1].map(|k| k as f64 * width);

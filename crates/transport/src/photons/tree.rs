@@ -5,9 +5,9 @@ use super::photon::Photon;
 use eikonal::Aabb;
 
 /// Maximum number of photons of a slice that is not split.
-const LEAF: usize = 8;
+const MAX_LEAF_PHOTONS: usize = 8;
 /// Number of photons above which two threads sort a slice.
-const PARALLEL: usize = 1 << 13;
+const MIN_PARALLEL_PHOTONS: usize = 1 << 13;
 
 /// Photons, in the order of the tree.
 #[derive(Clone, Debug)]
@@ -38,7 +38,7 @@ impl PhotonTree {
 }
 
 fn sort(photons: &mut [Photon], bounds: Aabb) {
-    if photons.len() <= LEAF {
+    if photons.len() <= MAX_LEAF_PHOTONS {
         return;
     }
     let axis = longest(&bounds);
@@ -46,7 +46,7 @@ fn sort(photons: &mut [Photon], bounds: Aabb) {
     let by_place = |a: &Photon, b: &Photon| a.x[axis].total_cmp(&b.x[axis]);
     photons.select_nth_unstable_by(middle, by_place);
     let [below, above] = split(&bounds, axis, photons[middle].x[axis]);
-    let parallel = photons.len() > PARALLEL;
+    let parallel = photons.len() > MIN_PARALLEL_PHOTONS;
     // The middle photon stays in place and marks the split.
     let (low, high) = photons.split_at_mut(middle);
     let high = &mut high[1..];
@@ -67,7 +67,7 @@ fn visit(
     if !touches(&bounds) {
         return;
     }
-    if photons.len() <= LEAF {
+    if photons.len() <= MAX_LEAF_PHOTONS {
         photons.iter().for_each(found);
         return;
     }

@@ -23,24 +23,24 @@ use std::ops::ControlFlow;
 /// up to whole replicates and periods. For fewer samples, the pilot takes more work than it saves.
 pub const ADAPTIVE_FROM: u64 = 16;
 /// Samples per pixel in the pilot.
-const PILOT: u64 = 4;
+const PILOT_SAMPLES: u64 = 4;
 /// First number of the pilot's samples, beyond the numbers of all renders.
 // Planted error "samples shared out by what the image itself has seen", found by morgana-transport/transport::adaptive::what_a_pilot_sees_by_chance_does_not_bias_the_image:
-// const FIRST: u64 = 0;
-const FIRST: u64 = 1 << 62;
+// const FIRST_SAMPLE: u64 = 0;
+const FIRST_SAMPLE: u64 = 1 << 62;
 /// Pixels per task of the pilot.
 const PIXELS_PER_TASK: usize = 64;
 /// Radius, in pixels along both axes, over which variances are averaged. The variance of one pixel
 /// is too uncertain.
-const AROUND: usize = 2;
+const AVERAGING_RADIUS: usize = 2;
 /// Variance that is added to the variance of each pixel, as a fraction of the mean variance of all
 /// pixels. The pilot may have missed rare light.
-const DOUBT: f32 = 0.05;
+const PRIOR_FRACTION: f32 = 0.05;
 /// Number of units in a share of one: the pixel takes one sample per sample of the image.
-const ONE: u16 = 256;
-/// Smallest share of a pixel, in units of 1/[`ONE`]; [`LARGEST`] is the largest.
-const LEAST: u16 = ONE / 2;
-const LARGEST: u16 = 8 * ONE;
+const UNIT_SHARE: u16 = 256;
+/// Smallest share of a pixel, in units of 1/[`UNIT_SHARE`]; [`MAX_SHARE`] is the largest.
+const MIN_SHARE: u16 = UNIT_SHARE / 2;
+const MAX_SHARE: u16 = 8 * UNIT_SHARE;
 /// Bytes per pixel while shares are computed: forecasts, benefits and shares.
 pub(super) const BYTES: usize = size_of::<PixelForecast>() + size_of::<f32>() + size_of::<u16>();
 /// Number of bisection steps for the scale of shares, more than integer shares need.
@@ -62,7 +62,7 @@ enum Shares {
     Even,
     /// Shares that a pilot will determine when they are needed.
     Open,
-    /// Share of each pixel, in units of 1/[`ONE`].
+    /// Share of each pixel, in units of 1/[`UNIT_SHARE`].
     Known(Vec<u16>),
 }
 
@@ -83,7 +83,7 @@ impl Allocation {
     /// Returns true if this allocation is valid for a render of `pixels` pixels that begins with
     /// `blank`.
     pub(super) fn fits(&self, blank: &Allocation, pixels: usize) -> bool {
-        let sound = |share| (LEAST..=LARGEST).contains(share);
+        let sound = |share| (MIN_SHARE..=MAX_SHARE).contains(share);
         let fits = match &self.shares {
             Shares::Known(shares) => shares.len() == pixels && shares.iter().all(sound),
             _ => true,
@@ -143,10 +143,10 @@ impl Allocation {
     /// Returns the number of units that a pixel has taken before a unit of the image.
     fn taken(&self, unit: u64, share: u64) -> u64 {
         let shared = unit.saturating_sub(self.from());
-        let one = u64::from(ONE);
+        let one = u64::from(UNIT_SHARE);
         let taken = unit - shared + (shared * share + one / 2) / one;
         // Sums have no room for more.
-        taken.min(ReproducibleSum::MOST / self.unit)
+        taken.min(ReproducibleSum::MAX_NUMBERS / self.unit)
     }
 
     /// Runs the pilot and computes the shares. Calls `between` now and then; when it breaks, the
@@ -222,23 +222,23 @@ fn task_of_pilot(
 /// Takes the pilot's samples of one pixel.
 fn pilot(light: &LightSamples, pixel: usize, unit: u64, ws: &mut Workspace) -> PixelForecast {
     let (first, instants) = (
-        FIRST.next_multiple_of(unit),
+        FIRST_SAMPLE.next_multiple_of(unit),
         light.source.scene.instants() as u64,
     );
     let before = ws.stats().cost();
     let mut found = Vec::new();
     let (mut sum, mut squares) = (Spectrum::ZERO, 0.0);
-    for i in 0..PILOT {
+    for i in 0..PILOT_SAMPLES {
         // Place each sample in its own replicate, because samples of one replicate are not
         // independent. Distribute the samples over the instants of a period.
-        let sample = first + unit * i + instants * i / PILOT;
+        let sample = first + unit * i + instants * i / PILOT_SAMPLES;
         light.take_pixel(pixel, sample, ws, &mut found);
         let values = found.drain(..).map(|c| c.weighted());
         let value = finite(values.fold(Spectrum::ZERO, |a, b| a + b), &mut 0);
         sum += value;
         squares += (value * value).sum();
     }
-    let n = PILOT as f64;
+    let n = PILOT_SAMPLES as f64;
     PixelForecast {
         variance: ((squares - (sum * sum).sum() / n).max(0.0) / (n - 1.0)) as f32,
         work: ((ws.stats().cost() - before) / n) as f32,
@@ -251,9 +251,9 @@ fn shares(forecasts: &[PixelForecast], width: usize) -> Vec<u16> {
     let variances = forecasts.iter().map(|o| f64::from(o.variance));
     let mean = (variances.sum::<f64>() / forecasts.len() as f64) as f32;
     if !(mean > 0.0 && mean.is_finite()) {
-        return vec![ONE; forecasts.len()];
+        return vec![UNIT_SHARE; forecasts.len()];
     }
-    let worth = |o: PixelForecast| ((o.variance / mean + DOUBT) / o.work.max(1.0)).sqrt();
+    let worth = |o: PixelForecast| ((o.variance / mean + PRIOR_FRACTION) / o.work.max(1.0)).sqrt();
     let worths: Vec<f32> = smoothed(forecasts, width).map(worth).collect();
     let scale = scale(&worths);
     let share = |worth: &f32| limited(scale * f64::from(*worth)).round() as u16;
@@ -261,7 +261,7 @@ fn shares(forecasts: &[PixelForecast], width: usize) -> Vec<u16> {
 }
 
 fn limited(share: f64) -> f64 {
-    share.clamp(f64::from(LEAST), f64::from(LARGEST))
+    share.clamp(f64::from(MIN_SHARE), f64::from(MAX_SHARE))
 }
 
 /// Finds the factor for which the mean share is one.
@@ -272,11 +272,11 @@ fn scale(worths: &[f32]) -> f64 {
             .map(|w| limited(scale * f64::from(*w)))
             .sum::<f64>()
     };
-    let wanted = f64::from(ONE) * worths.len() as f64;
+    let wanted = f64::from(UNIT_SHARE) * worths.len() as f64;
     let extreme =
         |f: fn(f32, f32) -> f32| f64::from(worths.iter().copied().reduce(f).unwrap_or(1.0));
-    let mut low = f64::from(LEAST) / extreme(f32::max);
-    let mut high = f64::from(LARGEST) / extreme(f32::min);
+    let mut low = f64::from(MIN_SHARE) / extreme(f32::max);
+    let mut high = f64::from(MAX_SHARE) / extreme(f32::min);
     for _ in 0..HALVINGS {
         let middle = (low * high).sqrt();
         if sum(middle) < wanted {
@@ -291,7 +291,9 @@ fn scale(worths: &[f32]) -> f64 {
 /// Averages forecasts over the pixels around each pixel. At the image's edges there are fewer.
 fn smoothed(forecasts: &[PixelForecast], width: usize) -> impl Iterator<Item = PixelForecast> {
     let height = forecasts.len() / width;
-    let near = move |at: usize, end: usize| at.saturating_sub(AROUND)..end.min(at + AROUND + 1);
+    let near = move |at: usize, end: usize| {
+        at.saturating_sub(AVERAGING_RADIUS)..end.min(at + AVERAGING_RADIUS + 1)
+    };
     let mean = move |i: usize| {
         let (rows, columns) = (near(i / width, height), near(i % width, width));
         let share = 1.0 / (rows.len() * columns.len()) as f32;
@@ -318,7 +320,7 @@ mod tests {
     #[test]
     fn pixels_take_their_first_samples_once() {
         for unit in [1, 3, 8, 24] {
-            let shares = vec![LEAST, 200, ONE, 700, LARGEST];
+            let shares = vec![MIN_SHARE, 200, UNIT_SHARE, 700, MAX_SHARE];
             let allocation = allocation(unit, shares.clone());
             for (pixel, share) in shares.into_iter().enumerate() {
                 let even = ADAPTIVE_FROM.next_multiple_of(unit);
@@ -331,7 +333,7 @@ mod tests {
                     assert!(count.is_multiple_of(unit));
                     let shared = end.saturating_sub(even) * u64::from(share);
                     let wanted = (end - end.saturating_sub(even)) as f64;
-                    let wanted = wanted + shared as f64 / f64::from(ONE);
+                    let wanted = wanted + shared as f64 / f64::from(UNIT_SHARE);
                     assert!((count as f64 - wanted).abs() <= 0.5 * unit as f64);
                 }
             }
@@ -343,8 +345,8 @@ mod tests {
     fn no_pixel_gets_more_than_there_is_room_for() {
         for unit in [1, 8, 256] {
             let allocation = allocation(unit, vec![]);
-            let units = allocation.taken(ReproducibleSum::MOST / unit, LARGEST.into());
-            assert!(units * unit <= ReproducibleSum::MOST);
+            let units = allocation.taken(ReproducibleSum::MAX_NUMBERS / unit, MAX_SHARE.into());
+            assert!(units * unit <= ReproducibleSum::MAX_NUMBERS);
         }
     }
 
@@ -360,13 +362,16 @@ mod tests {
         let shares = shares(&forecasts, width);
         let mean = shares.iter().map(|s| f64::from(*s)).sum::<f64>() / shares.len() as f64;
         // Shares are rounded to 1/256.
-        assert!((mean / f64::from(ONE) - 1.0).abs() < 0.5 / 256.0, "{mean}");
+        assert!(
+            (mean / f64::from(UNIT_SHARE) - 1.0).abs() < 0.5 / 256.0,
+            "{mean}"
+        );
         let at = |row: usize, column: usize| f64::from(shares[row * width + column]);
-        let doubt = f64::from(DOUBT) * 6.0;
+        let doubt = f64::from(PRIOR_FRACTION) * 6.0;
         let noise = ((16.0 + doubt) / (1.0 + doubt)).sqrt();
         assert!((at(2, 30) / at(20, 30) / noise - 1.0).abs() < 0.01);
         assert!((at(2, 30) / at(2, 5) / 3.0 - 1.0).abs() < 0.01);
-        assert_eq!(at(20, 5), f64::from(LEAST));
+        assert_eq!(at(20, 5), f64::from(MIN_SHARE));
     }
 
     /// Equal variances and equal work give equal shares.
@@ -377,7 +382,7 @@ mod tests {
                 variance,
                 work: 10.0,
             };
-            assert_eq!(shares(&[forecast; 12], 4), [ONE; 12], "{variance}");
+            assert_eq!(shares(&[forecast; 12], 4), [UNIT_SHARE; 12], "{variance}");
         }
     }
 }

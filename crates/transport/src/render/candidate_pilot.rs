@@ -11,27 +11,27 @@ use rayon::prelude::*;
 use std::ops::{AddAssign, Range};
 
 /// First number of the pilot's samples, beyond the numbers of renders and of other pilots.
-const FIRST: u64 = 3 << 62;
+const FIRST_SAMPLE: u64 = 3 << 62;
 /// Maximum number of samples of a replicate that count as one sample. More than eight would leave
 /// few pairs.
-const TOGETHER: u64 = 8;
+const MAX_GROUPED_SAMPLES: u64 = 8;
 /// Number of tasks of a pilot: enough to keep threads busy.
 const TASKS: usize = 32;
 /// Tiles along either side of the image.
-const SIDE: usize = 32;
+const TILES_PER_SIDE: usize = 32;
 /// Mean number of pairs per cell from which a cell's brightness is estimated.
 const PAIRS_PER_CELL: usize = 8;
 /// Weight of the prior of a cell's variance: the number of samples with the image's variance that
 /// are added to the cell's.
-const PRIOR: f64 = 32.0;
+const PRIOR_SAMPLES: f64 = 32.0;
 /// Brightness d of dark pixels, relative to the image's mean. Variances are relative to μ² + d² at
 /// brightness μ.
-const DARK: f64 = 0.05;
+const DARK_BRIGHTNESS: f64 = 0.05;
 /// Lower bound of variances in the weights, relative to the square of the brightest mean.
-const SURE: f64 = 1e-6;
+const MIN_VARIANCE: f64 = 1e-6;
 /// Number of standard errors by which other candidates must be brighter for light to count as
 /// missing.
-const MISSING: f64 = 3.0;
+const MISSING_DEVIATIONS: f64 = 3.0;
 
 /// Sums over the samples of a tile, or of a cell of several tiles. Values are summed over channels.
 #[derive(Clone, Copy, Debug, Default)]
@@ -83,7 +83,7 @@ impl AddAssign for PilotSums {
 impl PilotSums {
     fn nothing(together: u64) -> Self {
         PilotSums {
-            tiles: vec![Tile::default(); SIDE * SIDE],
+            tiles: vec![Tile::default(); TILES_PER_SIDE * TILES_PER_SIDE],
             paths: 0.0,
             together: together as f64,
             work: 0.0,
@@ -128,7 +128,7 @@ impl PilotSums {
                 let unit = source.scene.whole_periods(1, source.replicates);
                 let unit = unit.next_multiple_of(together);
                 let place = i as u64 % (unit / together) * together;
-                let first = FIRST.next_multiple_of(unit) + unit * (2 * i as u64 + k) + place;
+                let first = FIRST_SAMPLE.next_multiple_of(unit) + unit * (2 * i as u64 + k) + place;
                 let mut sum = 0.0;
                 for sample in first..first + together {
                     light.take_pixel(pixel, sample, &mut ws, &mut found);
@@ -138,7 +138,7 @@ impl PilotSums {
                 }
                 sum / together as f64
             });
-            let tile = &mut sums.tiles[tile_of(pixel, film, SIDE)];
+            let tile = &mut sums.tiles[tile_of(pixel, film, TILES_PER_SIDE)];
             tile.pairs += 1.0;
             tile.own += means[0] + means[1];
             tile.scatter += (means[0] - means[1]).powi(2) * noise;
@@ -165,7 +165,8 @@ impl PilotSums {
         splats.sort_by_key(|(pixel, _)| *pixel);
         for same in splats.chunk_by(|a, b| a.0 == b.0) {
             let value: f64 = same.iter().map(|(_, value)| value).sum();
-            let tile = &mut self.tiles[tile_of(same[0].0, light.source.scene.film(), SIDE)];
+            let tile =
+                &mut self.tiles[tile_of(same[0].0, light.source.scene.film(), TILES_PER_SIDE)];
             tile.splats += value;
             tile.squares += value * value;
         }
@@ -179,7 +180,8 @@ impl PilotSums {
     fn cells(&self, side: usize) -> Vec<Tile> {
         let mut cells = vec![Tile::default(); side * side];
         for (i, tile) in self.tiles.iter().enumerate() {
-            let [column, row] = [i % SIDE, i / SIDE].map(|place| place * side / SIDE);
+            let [column, row] =
+                [i % TILES_PER_SIDE, i / TILES_PER_SIDE].map(|place| place * side / TILES_PER_SIDE);
             cells[row * side + column] += *tile;
         }
         cells
@@ -217,7 +219,7 @@ struct CellEstimate {
 
 /// Returns the number of samples of a replicate that are taken together.
 fn together(light: &LightSamples) -> u64 {
-    light.source.replicates.size().min(TOGETHER)
+    light.source.replicates.size().min(MAX_GROUPED_SAMPLES)
 }
 
 fn brightness(value: Spectrum) -> f64 {
@@ -242,11 +244,12 @@ pub(super) fn relative_variances(sums: &[PilotSums], film: &FilmSpec) -> Vec<f64
         .iter()
         .map(PilotSums::pairs)
         .fold(f64::INFINITY, f64::min) as usize;
-    let side = ((pairs / PAIRS_PER_CELL).max(1).ilog2() / 2).min(SIDE.ilog2());
+    let side = ((pairs / PAIRS_PER_CELL).max(1).ilog2() / 2).min(TILES_PER_SIDE.ilog2());
     let side = 1 << side;
     let mut shares = vec![0.0; side * side];
     for (i, count) in pixels_of_tiles(film).into_iter().enumerate() {
-        let [column, row] = [i % SIDE, i / SIDE].map(|place| place * side / SIDE);
+        let [column, row] =
+            [i % TILES_PER_SIDE, i / TILES_PER_SIDE].map(|place| place * side / TILES_PER_SIDE);
         shares[row * side + column] += count / (film.width * film.height) as f64;
     }
     let whole: Vec<CellEstimate> = sums
@@ -261,7 +264,8 @@ pub(super) fn relative_variances(sums: &[PilotSums], film: &FilmSpec) -> Vec<f64
         let estimates: Vec<CellEstimate> = (0..sums.len())
             .map(|k| sums[k].estimate(&cells[k][i], share).unwrap_or(whole[k]))
             .collect();
-        let scale = pooled_brightness(&estimates, &whole).powi(2) + (DARK * mean).powi(2);
+        let scale =
+            pooled_brightness(&estimates, &whole).powi(2) + (DARK_BRIGHTNESS * mean).powi(2);
         for (variance, estimate) in variances.iter_mut().zip(&estimates) {
             *variance += share * estimate.variance / scale;
         }
@@ -274,10 +278,10 @@ pub(super) fn relative_variances(sums: &[PilotSums], film: &FilmSpec) -> Vec<f64
 /// equal.
 fn pooled_brightness(estimates: &[CellEstimate], whole: &[CellEstimate]) -> f64 {
     let brightest = whole.iter().map(|w| w.brightness).fold(0.0, f64::max);
-    let floor = SURE * brightest * brightest + f64::MIN_POSITIVE.sqrt();
+    let floor = MIN_VARIANCE * brightest * brightest + f64::MIN_POSITIVE.sqrt();
     let weighted = estimates.iter().zip(whole).map(|(estimate, whole)| {
-        let known = estimate.samples * estimate.variance + PRIOR * whole.variance;
-        let variance = known / (estimate.samples + PRIOR) + floor;
+        let known = estimate.samples * estimate.variance + PRIOR_SAMPLES * whole.variance;
+        let variance = known / (estimate.samples + PRIOR_SAMPLES) + floor;
         let weight = estimate.samples / variance;
         (weight, weight * estimate.brightness)
     });
@@ -292,7 +296,7 @@ fn missing(whole: &[CellEstimate], mean: f64) -> Vec<f64> {
     let bound = |sign: f64| {
         move |estimate: &CellEstimate| {
             let error = (estimate.variance / estimate.samples).sqrt();
-            estimate.brightness + sign * MISSING * error
+            estimate.brightness + sign * MISSING_DEVIATIONS * error
         }
     };
     let seen = whole.iter().map(bound(-1.0)).fold(0.0, f64::max);
@@ -306,8 +310,8 @@ fn missing(whole: &[CellEstimate], mean: f64) -> Vec<f64> {
 /// Returns the number of pixels in each tile.
 fn pixels_of_tiles(film: &FilmSpec) -> Vec<f64> {
     let count = |size: usize| {
-        let mut counts = [0.0; SIDE];
-        (0..size).for_each(|place| counts[place * SIDE / size] += 1.0);
+        let mut counts = [0.0; TILES_PER_SIDE];
+        (0..size).for_each(|place| counts[place * TILES_PER_SIDE / size] += 1.0);
         counts
     };
     let (columns, rows) = (count(film.width), count(film.height));

@@ -17,27 +17,27 @@ use crate::scene::{FilmSpec, NO_SCENE, Scene};
 
 /// Maximum work of all candidates together, in the unit of
 /// [`Stats::cost`](crate::stats::Stats::cost): about two seconds on one CPU core.
-const MOST_WORK: f64 = 3e7;
+const MAX_WORK: f64 = 3e7;
 /// Approximate work per second on one CPU core, in the unit of
 /// [`Stats::cost`](crate::stats::Stats::cost).
 const WORK_PER_SECOND: f64 = 1.5e7;
 /// Fraction of the work or the time of a render that the pilot may take.
-const SHARE: f64 = 0.1;
+const PILOT_FRACTION: f64 = 0.1;
 /// Pairs of samples from which the work of a sample is first estimated.
 const FIRST_PAIRS: usize = 4;
 /// Maximum number of pairs of one candidate.
-const MOST_PAIRS: usize = 1 << 17;
+const MAX_PAIRS: usize = 1 << 17;
 /// Minimum number of pairs of a candidate. Variances from fewer pairs are too uncertain.
-const LEAST_PAIRS: usize = 16;
+const MIN_PAIRS: usize = 16;
 /// Assumed work of a sample until the pilot has measured it.
-const USUAL_WORK: f64 = 100.0;
+const INITIAL_WORK: f64 = 100.0;
 /// Fraction of a candidate's pilot that its preparation may take before the first sample.
-const PREPARATION: f64 = 0.3;
+const PREPARATION_FRACTION: f64 = 0.3;
 /// Relative variance below which differences are due to rounding.
-const NOISELESS: f64 = 1e-12;
+const MIN_RELATIVE_VARIANCE: f64 = 1e-12;
 /// Factor on the inefficiency of the first candidate. Another candidate must be better by this
 /// factor to be chosen, because the inefficiencies have errors.
-const BETTER: f64 = 0.9;
+const FIRST_CANDIDATE_FACTOR: f64 = 0.9;
 
 /// Limits of a render, from which the work of its pilot follows.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -65,7 +65,7 @@ pub struct Candidate {
 impl Candidate {
     /// Returns true if all samples are equal up to rounding.
     pub fn is_noiseless(&self) -> bool {
-        self.relative_variance <= NOISELESS
+        self.relative_variance <= MIN_RELATIVE_VARIANCE
     }
 
     /// Returns the relative variance × work; lower is better.
@@ -148,10 +148,10 @@ pub fn choose(
     let group = brightest(scenes);
     let (scene, film) = (&scenes[group..=group], scenes[group].film());
     let budget = Budget::new(extent, film, candidates.len());
-    if budget.samples < (2 * LEAST_PAIRS) as f64 {
+    if budget.samples < (2 * MIN_PAIRS) as f64 {
         return first(Basis::TooShort);
     }
-    let preparation = PREPARATION * budget.work(USUAL_WORK);
+    let preparation = PREPARATION_FRACTION * budget.work(INITIAL_WORK);
     let sources = candidates.iter().map(|integrator| {
         let options = RenderOptions {
             renderer: Renderer::Light(*integrator),
@@ -172,14 +172,14 @@ pub fn choose(
     let most = budget.work(works.fold(f64::INFINITY, f64::min));
     for (sum, light) in sums.iter_mut().zip(&lights) {
         let pairs = (most / sum.work * FIRST_PAIRS as f64) as usize;
-        *sum += PilotSums::take(light, FIRST_PAIRS..pairs.clamp(FIRST_PAIRS, MOST_PAIRS));
+        *sum += PilotSums::take(light, FIRST_PAIRS..pairs.clamp(FIRST_PAIRS, MAX_PAIRS));
     }
     if handle.stop().is_raised() {
         return first(Basis::Ended);
     }
     // Exclude candidates whose samples take too long to be judged.
     let judged = candidates.iter().zip(sums);
-    let judged = judged.filter(|(_, sum)| sum.pairs() >= LEAST_PAIRS as f64);
+    let judged = judged.filter(|(_, sum)| sum.pairs() >= MIN_PAIRS as f64);
     let (integrators, sums): (Vec<Integrator>, Vec<PilotSums>) = judged.unzip();
     if sums.is_empty() {
         return first(Basis::TooShort);
@@ -189,7 +189,7 @@ pub fn choose(
         .zip(integrators)
         .map(|((sum, variance), integrator)| Candidate {
             integrator,
-            relative_variance: variance.max(NOISELESS),
+            relative_variance: variance.max(MIN_RELATIVE_VARIANCE),
             work: sum.work_per_sample(),
             samples: sum.paths as u64,
         });
@@ -226,12 +226,14 @@ struct Budget {
 impl Budget {
     fn new(extent: Extent, film: &FilmSpec, candidates: usize) -> Self {
         let pixels = (film.width * film.height) as f64;
-        let samples = extent.samples.map(|spp| SHARE * spp as f64 * pixels);
-        let time = extent.seconds.map(|s| SHARE * s * WORK_PER_SECOND);
+        let samples = extent
+            .samples
+            .map(|spp| PILOT_FRACTION * spp as f64 * pixels);
+        let time = extent.seconds.map(|s| PILOT_FRACTION * s * WORK_PER_SECOND);
         let each = |limit: f64| limit / candidates as f64;
         Budget {
             samples: each(samples.unwrap_or(f64::INFINITY)),
-            work: each(time.map_or(MOST_WORK, |time| time.min(MOST_WORK))),
+            work: each(time.map_or(MAX_WORK, |time| time.min(MAX_WORK))),
         }
     }
 
@@ -246,7 +248,7 @@ impl Budget {
 fn best(candidates: &[Candidate], first: Integrator) -> Integrator {
     let rated = candidates.iter().map(|candidate| {
         let handicap = if candidate.integrator == first {
-            BETTER
+            FIRST_CANDIDATE_FACTOR
         } else {
             1.0
         };

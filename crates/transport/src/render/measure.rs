@@ -12,9 +12,9 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::ops::{ControlFlow, Range};
 
-const TASK: u64 = MeasureOptions::UNIT;
+const PARTICLES_PER_TASK: u64 = MeasureOptions::UNIT;
 /// Maximum number of tasks whose results are kept until they are added up.
-const MOST_TASKS: u64 = 1 << 10;
+const MAX_TASKS: u64 = 1 << 10;
 
 /// Measures on the current thread pool. `scenes` holds one scene for each group of channels. The
 /// scenes are alike except for their spectra and indices; their film gives the number of channels.
@@ -92,7 +92,7 @@ impl MeasureState {
         }
         let tally = |group: Group| {
             let slots = group.setup.slots();
-            let tally = Some(slots).filter(|n| *n <= Tally::MOST_SLOTS);
+            let tally = Some(slots).filter(|n| *n <= Tally::MAX_SLOTS);
             let tally = tally.and_then(Tally::new);
             tally.ok_or(MeasureError::Memory(Tally::memory(slots)))
         };
@@ -224,7 +224,8 @@ impl Sampling for ParticlePasses<'_> {
     type Found = Vec<Pass>;
 
     fn pass_size(&self, _: &MeasureState, _: u64, next: u64) -> u64 {
-        next.next_multiple_of(TASK).min(MOST_TASKS * TASK)
+        next.next_multiple_of(PARTICLES_PER_TASK)
+            .min(MAX_TASKS * PARTICLES_PER_TASK)
     }
 
     fn pass(&self, _: &Readings, particles: Range<u64>) -> Vec<Pass> {
@@ -235,7 +236,7 @@ impl Sampling for ParticlePasses<'_> {
     fn add(&self, state: &mut MeasureState, found: Vec<Pass>) {
         for (group, pass) in found.into_iter().enumerate() {
             let sums: Vec<_> = pass.tasks.iter().map(|task| &task.sums).collect();
-            state.sums.tallies[group].add(&sums, pass.tasks.len() as u64 * TASK);
+            state.sums.tallies[group].add(&sums, pass.tasks.len() as u64 * PARTICLES_PER_TASK);
             for task in &pass.tasks {
                 state.balances[group].enter(&task.balance);
                 let records = state.sums.records[group].iter_mut().zip(&task.records);
@@ -300,14 +301,16 @@ impl Group<'_> {
         let seed = seed_of_group(seed, self.index);
         let count = particles.end - particles.start;
         let task = |i: usize| {
-            let first = particles.start + i as u64 * TASK;
+            let first = particles.start + i as u64 * PARTICLES_PER_TASK;
             let mut ws = Workspace::new(self.scene.tolerance());
             ws.stop = handle.stop().clone();
-            let result = self.setup.task(seed, first..first + TASK, &mut ws);
-            handle.count(TASK);
+            let result = self
+                .setup
+                .task(seed, first..first + PARTICLES_PER_TASK, &mut ws);
+            handle.count(PARTICLES_PER_TASK);
             (result, ws.stats())
         };
-        let tasks = (0..(count / TASK) as usize).into_par_iter();
+        let tasks = (0..(count / PARTICLES_PER_TASK) as usize).into_par_iter();
         let (tasks, stats): (Vec<TaskResult>, Vec<Stats>) = tasks.with_max_len(1).map(task).unzip();
         let stats = stats.into_iter().fold(Stats::default(), |mut sum, s| {
             sum += s;

@@ -16,7 +16,7 @@ pub struct MeasureOptions {
     pub first: u64,
     /// Number of particles for each group of channels. The end of their range is rounded up to a
     /// multiple of [`MeasureOptions::UNIT`]. The measurement ends at particle number
-    /// [`MeasureOptions::MOST`], because tallies have no room for more.
+    /// [`MeasureOptions::MAX_PARTICLES`], because tallies have no room for more.
     pub particles: u64,
     /// Seed. Equal seeds give equal readings, bit for bit, for any number of threads.
     pub seed: u64,
@@ -31,11 +31,11 @@ impl MeasureOptions {
     /// same particles.
     pub const UNIT: u64 = 64;
     /// Maximum number of particles.
-    pub const MOST: u64 = Self::UNIT * ReproducibleSum::MOST;
+    pub const MAX_PARTICLES: u64 = Self::UNIT * ReproducibleSum::MAX_NUMBERS;
 
     /// Returns the range of the particles' numbers.
     pub fn range(&self) -> Range<u64> {
-        let whole = |n: u64| n.min(Self::MOST).next_multiple_of(Self::UNIT);
+        let whole = |n: u64| n.min(Self::MAX_PARTICLES).next_multiple_of(Self::UNIT);
         whole(self.first)..whole(self.first.saturating_add(self.particles))
     }
 }
@@ -75,7 +75,7 @@ pub enum MeasureError {
     #[error("the scene emits no light: there is nothing to measure")]
     Dark,
     /// Memory is insufficient for the sums.
-    #[error("the meters need {0} bytes of memory, or more than {max} bins", max = Tally::MOST_SLOTS)]
+    #[error("the meters need {0} bytes of memory, or more than {max} bins", max = Tally::MAX_SLOTS)]
     Memory(usize),
 }
 

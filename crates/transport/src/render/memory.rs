@@ -1,6 +1,6 @@
 //! Estimates of the memory that a render takes, known before it starts.
 
-use super::strategies::MOST_VERTICES;
+use super::strategies::MAX_VERTICES;
 use super::{RenderOptions, allocation, splats};
 use crate::Spectrum;
 use crate::film::{OutlierRejection, Scores, bytes_of_pixel};
@@ -13,7 +13,7 @@ use crate::scene::{FilmSpec, Scene};
 /// Maximum number of bytes of scores that a pass of more than one sample keeps until it is
 /// complete. This is enough to keep all threads busy for a while, and little compared with the
 /// program's other memory.
-const SCORES: usize = 1 << 25;
+const MAX_SCORE_BYTES: usize = 1 << 25;
 /// Assumed number of layers that a sample reaches. The true number depends on the scene.
 const REACHED_LAYERS: usize = 8;
 
@@ -40,7 +40,7 @@ pub fn memory(scene: &Scene, options: &RenderOptions) -> usize {
 
 /// Returns the maximum number of samples of a pass: whole replicates at all instants of a period.
 pub(super) fn samples_of_pass(scene: &Scene, options: &RenderOptions) -> u64 {
-    let units = SCORES / scores(scene, options).max(1);
+    let units = MAX_SCORE_BYTES / scores(scene, options).max(1);
     unit(scene, options).saturating_mul(units.max(1) as u64)
 }
 
@@ -170,7 +170,7 @@ fn films_of_strategies(options: &RenderOptions) -> usize {
 
 /// Returns the number of strategies that an estimator may use.
 fn strategies(integrator: &Integrator) -> usize {
-    let most = MOST_VERTICES;
+    let most = MAX_VERTICES;
     let (max_depth, _) = integrator.depths();
     // A path of s + t vertices has at least s + t − 1 edges.
     let fits = |s: u32, t: u32| max_depth.is_none_or(|depth| s + t <= depth.saturating_add(1));

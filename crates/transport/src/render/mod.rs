@@ -77,8 +77,8 @@ pub struct RenderOptions {
     /// one.
     pub first: u64,
     /// Samples per pixel; the mean over the image if the render is
-    /// [adaptive](RenderOptions::adaptive). The render ends at [`ReproducibleSum::MOST`] samples,
-    /// because a film has no room for more.
+    /// [adaptive](RenderOptions::adaptive). The render ends at [`ReproducibleSum::MAX_NUMBERS`]
+    /// samples, because a film has no room for more.
     pub samples: u64,
     /// Seed. Equal seeds give equal images, bit for bit, for any number of threads.
     pub seed: u64,
@@ -167,7 +167,7 @@ impl RenderOptions {
         let end = self
             .first
             .saturating_add(self.samples)
-            .min(ReproducibleSum::MOST);
+            .min(ReproducibleSum::MAX_NUMBERS);
         self.first.min(end)..end
     }
 }

@@ -5,7 +5,7 @@
 //!
 //! Theory: docs/theory.md#progressive-photon-maps.
 
-use super::source::{PILOT, SampledRay, Source, finite};
+use super::source::{PILOT_SAMPLE, SampledRay, Source, finite};
 use super::splats::{FoundImages, ImageScores, spread};
 use super::strategies::StrategyScores;
 use crate::Spectrum;
@@ -32,7 +32,11 @@ struct Taken {
 
 /// Returns the radius of the first photon map of a source.
 pub(super) fn first_radius(source: &Source, mapping: &PhotonMapping) -> f64 {
-    let automatic = || map(source, mapping, PILOT).found.first_radius(source.scene);
+    let automatic = || {
+        map(source, mapping, PILOT_SAMPLE)
+            .found
+            .first_radius(source.scene)
+    };
     mapping.radius.unwrap_or_else(automatic)
 }
 

@@ -6,7 +6,7 @@
 //! Theory: docs/theory.md#next-event-rates, docs/theory.md#first-vertex-techniques.
 
 use super::Prepared;
-use super::pilot_pixels::{FIRST, Pairs, spread, weights};
+use super::pilot_pixels::{FIRST_SAMPLE, Pairs, spread, weights};
 use super::source::LightSamples;
 use super::splitting;
 use crate::integrator::Integrator;
@@ -17,21 +17,21 @@ use std::ops::Add;
 const PIXELS: usize = 256;
 /// Lowest probability of a search where branches cannot be ruled out. Without any search the image
 /// would be biased.
-const LEAST: f64 = 1.0 / 16.0;
+const MIN_SEARCH_PROBABILITY: f64 = 1.0 / 16.0;
 /// Largest work of a pilot's sample for which forced collisions are tried, in the unit of
 /// [`Stats::cost`](crate::stats::Stats::cost): about 15 µs. More work is mostly caused by
 /// connections along bent rays. More vertices would need more connections, and the comparison would
 /// delay the start of the render.
-const DEAR: f64 = 220.0;
+const MAX_FORCED_WORK: f64 = 220.0;
 /// Number of first edges with forced collisions. Later edges gain little.
-const FORCED: u32 = 3;
+const FORCED_EDGES: u32 = 3;
 /// Maximum number of rounds that compare samples with and without a technique.
-const ROUNDS: u64 = 3;
+const MAX_ROUNDS: u64 = 3;
 /// Ratio of the two efficiencies at which the comparison ends early.
-const CLEAR: f64 = 1.5;
+const CLEAR_RATIO: f64 = 1.5;
 /// Ratio by which forced collisions must be more efficient to be used. The efficiencies are
 /// uncertain, because the pilot has few samples.
-const FORCED_PAYS: f64 = 1.1;
+const MIN_FORCED_GAIN: f64 = 1.1;
 
 /// Runs the pilot. Returns the probability of a search for further branches: the fraction of
 /// searches that find one, within bounds. For `path` it also determines the probabilities of
@@ -52,7 +52,7 @@ pub(super) fn prepared(light: &LightSamples) -> Prepared {
         };
         best = PilotResult::new(light, true, splitting);
     }
-    if light.source.scene.is_dark() && best.cost <= DEAR {
+    if light.source.scene.is_dark() && best.cost <= MAX_FORCED_WORK {
         best = best.or_forced(light);
     }
     best.prepared
@@ -101,7 +101,7 @@ impl PilotResult {
     /// weights.
     fn or_forced(self, light: &LightSamples) -> Self {
         let first_vertex = FirstVertexTechniques {
-            forced_collisions: FORCED,
+            forced_collisions: FORCED_EDGES,
             ..self.prepared.first_vertex
         };
         let other = PilotResult::new(light, true, first_vertex);
@@ -110,7 +110,7 @@ impl PilotResult {
         let weights = weights(&[&self.pairs, &other.pairs]);
         let mut sums = [Tried::default(); 2];
         let mut gains = [1.0; 2];
-        for round in 1..=ROUNDS {
+        for round in 1..=MAX_ROUNDS {
             let take = |one: &Self| {
                 Tried::new(
                     Pilot::take(light.source.workspace_of(&one.prepared), light, round),
@@ -119,8 +119,9 @@ impl PilotResult {
             };
             let (a, b) = rayon::join(|| take(&self), || take(&other));
             sums = [sums[0] + a, sums[1] + b];
-            gains = [0, 1].map(|i| sums[0].product(i) / (FORCED_PAYS * sums[1].product(i)));
-            if gains.iter().all(|gain| *gain > CLEAR) || gains.iter().any(|gain| gain * CLEAR < 1.0)
+            gains = [0, 1].map(|i| sums[0].product(i) / (MIN_FORCED_GAIN * sums[1].product(i)));
+            if gains.iter().all(|gain| *gain > CLEAR_RATIO)
+                || gains.iter().any(|gain| gain * CLEAR_RATIO < 1.0)
             {
                 break;
             }
@@ -138,7 +139,7 @@ impl PilotResult {
 pub(super) fn search(ws: &Workspace) -> f64 {
     let counts = ws.stats.connections;
     let yields = counts.secondary as f64 / counts.searches.max(1) as f64;
-    yields.clamp(LEAST, 1.0)
+    yields.clamp(MIN_SEARCH_PROBABILITY, 1.0)
 }
 
 /// Variance and work of samples of one technique.
@@ -213,7 +214,7 @@ fn sample(light: &LightSamples, ws: &mut Workspace, round: u64, most: f64) -> Pa
             }
             // Place each sample in its own replicate: samples of one replicate are not independent.
             let number = 2 * (PIXELS as u64 * round + i as u64) + k;
-            let sample = FIRST + light.source.replicates.size() * number;
+            let sample = FIRST_SAMPLE + light.source.replicates.size() * number;
             light.take_pixel(pixel, sample, ws, &mut found);
             let values = found.iter().map(|c| c.weighted().sum());
             values.sum::<f64>()

@@ -3,7 +3,7 @@
 use crate::scene::FilmSpec;
 
 /// First number of a pilot's samples, beyond the numbers of all renders.
-pub(super) const FIRST: u64 = 1 << 63;
+pub(super) const FIRST_SAMPLE: u64 = 1 << 63;
 
 /// Two samples of each pixel of a pilot, summed over channels.
 pub(super) type Pairs = Vec<[f64; 2]>;

@@ -3,7 +3,7 @@
 //!
 //! Theory: docs/theory.md#vertex-merging.
 
-use super::source::{LightSamples, PILOT, Source};
+use super::source::{LightSamples, PILOT_SAMPLE, Source};
 use crate::film::Decomposition;
 use crate::integrator::{
     Bdpt, Contribution, Integrator, LightMap, Merging, Vcm, VcmSample, even_channel_pdf,
@@ -85,5 +85,5 @@ pub(super) fn connecting(vcm: &Vcm) -> Bdpt {
 
 /// Determines the radius of the first sample.
 pub(super) fn first_radius(source: &Source, vcm: &Vcm) -> f64 {
-    with_paths(source, vcm, PILOT, |paths| vcm.first_radius(paths))
+    with_paths(source, vcm, PILOT_SAMPLE, |paths| vcm.first_radius(paths))
 }

@@ -18,7 +18,7 @@ const PILOT_WORK: f64 = 5e7;
 
 /// Number of the sample whose light subpaths determine the radius, beyond the numbers of all
 /// renders.
-pub(super) const PILOT: u64 = 1 << 63;
+pub(super) const PILOT_SAMPLE: u64 = 1 << 63;
 
 /// Address of the random numbers that all cells of a sample share. No film has this many cells.
 const ALL_CELLS: u64 = u64::MAX;

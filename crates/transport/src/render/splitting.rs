@@ -8,7 +8,7 @@
 //! Theory: docs/theory.md#first-vertex-techniques.
 
 use super::Prepared;
-use super::pilot_pixels::{FIRST, Pairs, spread, weights};
+use super::pilot_pixels::{FIRST_SAMPLE, Pairs, spread, weights};
 use super::source::LightSamples;
 use crate::integrator::Contribution;
 use crate::path::Workspace;
@@ -16,7 +16,7 @@ use crate::path::Workspace;
 /// Number of pixels, spread over the image. Each has two samples.
 const PIXELS: usize = 1024;
 /// First number of the samples, beyond the numbers of the other pilots.
-const FIRST_SPLIT: u64 = FIRST + (1 << 40);
+const FIRST_SPLIT: u64 = FIRST_SAMPLE + (1 << 40);
 
 /// Returns true if splitting reduces variance × work, both with less weight for bright pixels and
 /// with equal weights.

@@ -42,7 +42,7 @@ impl State {
     /// # Panics
     /// If there are no scenes. If [`RenderOptions::decomposition`] has bins that are not
     /// [valid](crate::Bins::is_valid), more than
-    /// [`MOST_BOUNCES`](crate::film::Decomposition::MOST_BOUNCES) bounces, or a number of emitters
+    /// [`MAX_BOUNCES`](crate::film::Decomposition::MAX_BOUNCES) bounces, or a number of emitters
     /// that differs from the scenes'.
     pub fn new(scenes: &[Scene], options: &RenderOptions) -> Self {
         let first = scenes.first().expect(NO_SCENE);

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 
 /// Maximum number of vertices from either end that are distinguished. Strategies with more vertices
 /// share the last image.
-pub(super) const MOST_VERTICES: u32 = 8;
+pub(super) const MAX_VERTICES: u32 = 8;
 
 /// Image of one strategy.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -54,7 +54,7 @@ impl StrategyScores {
         let spec = source.scene.film();
         for (own, contribution) in contributions {
             let (s, t) = contribution.strategy;
-            let key = (s.min(MOST_VERTICES), t.min(MOST_VERTICES));
+            let key = (s.min(MAX_VERTICES), t.min(MAX_VERTICES));
             let new = || [(); 2].map(|()| vec![Spectrum::ZERO; spec.width * spec.height]);
             let images = self.0.entry(key).or_insert_with(new);
             let values = [contribution.weighted(), contribution.value];

@@ -17,17 +17,17 @@ use crate::path::{StrategyFind, StrategyKind, StrategySample, StrategyTraining, 
 /// Pixels of the pilot, spread over the image. Each has two samples.
 const PIXELS: usize = 512;
 /// Minimum number of pixels, where many groups of channels share the pilot.
-const LEAST_PIXELS: usize = 64;
+const MIN_PIXELS: usize = 64;
 /// First number of the pilot's samples, beyond the numbers of all renders.
-const FIRST: u64 = 1 << 63;
+const FIRST_SAMPLE: u64 = 1 << 63;
 /// Cells along either side of the image, in which brightness is estimated.
-const SIDE: usize = 8;
+const CELLS_PER_SIDE: usize = 8;
 /// Number of samples with the image's mean that are added to each cell's samples, to estimate its
 /// brightness.
-const PRIOR: f64 = 4.0;
+const PRIOR_SAMPLES: f64 = 4.0;
 /// Brightness d of dark cells, relative to the image's mean. Errors are relative to √(μ² + d²) at
 /// brightness μ.
-const DARK: f64 = 0.05;
+const DARK_BRIGHTNESS: f64 = 0.05;
 
 /// Runs the pilot of one of `groups` groups of channels. Returns the probabilities of strategies
 /// and of a search for further branches.
@@ -36,7 +36,7 @@ pub(super) fn prepared(light: &LightSamples, groups: usize) -> Prepared {
     let mut finds = Finds::default();
     let film = light.source.scene.film();
     let mut found = Vec::new();
-    for i in 0..(PIXELS / groups).max(LEAST_PIXELS) {
+    for i in 0..(PIXELS / groups).max(MIN_PIXELS) {
         if i > 0 && ws.stats().cost() >= light.source.pilot_work {
             break;
         }
@@ -44,7 +44,7 @@ pub(super) fn prepared(light: &LightSamples, groups: usize) -> Prepared {
         for k in 0..2 {
             found.clear();
             // Place each sample in its own replicate: samples of one replicate are not independent.
-            let sample = FIRST + light.source.replicates.size() * (2 * i as u64 + k);
+            let sample = FIRST_SAMPLE + light.source.replicates.size() * (2 * i as u64 + k);
             light.take_pixel(pixel, sample, &mut ws, &mut found);
             finds.add(light, [pixel as u64, sample], &found);
         }
@@ -84,7 +84,10 @@ impl Finds {
     /// Returns the brightness of each cell, and its mean over the cells. A cell is a part of the
     /// image and has some of the samples.
     fn brightness(&self) -> (Vec<f64>, f64) {
-        let (mut sums, mut samples) = (vec![0.0; SIDE * SIDE], vec![0.0; SIDE * SIDE]);
+        let (mut sums, mut samples) = (
+            vec![0.0; CELLS_PER_SIDE * CELLS_PER_SIDE],
+            vec![0.0; CELLS_PER_SIDE * CELLS_PER_SIDE],
+        );
         for (cell, finds) in &self.samples {
             samples[*cell] += 1.0;
             for Find { cell, find, .. } in finds {
@@ -95,13 +98,14 @@ impl Finds {
         }
         let mean = sums.iter().sum::<f64>() / self.samples.len().max(1) as f64;
         let cells = sums.iter().zip(&samples);
-        let cells = cells.map(|(sum, n)| (sum + PRIOR * mean) / (n + PRIOR));
+        let cells = cells.map(|(sum, n)| (sum + PRIOR_SAMPLES * mean) / (n + PRIOR_SAMPLES));
         (cells.collect(), mean)
     }
 
     fn training(self, ws: &Workspace) -> StrategyTraining {
         let (brightness, mean) = self.brightness();
-        let importance = |cell: usize| (brightness[cell].powi(2) + (DARK * mean).powi(2)).recip();
+        let importance =
+            |cell: usize| (brightness[cell].powi(2) + (DARK_BRIGHTNESS * mean).powi(2)).recip();
         let sample = |(_, finds): &(usize, Vec<Find>)| {
             let mut sample = StrategySample::default();
             for find in finds {
@@ -159,5 +163,5 @@ fn find(
 
 /// Returns the cell of a pixel.
 fn cell_of(light: &LightSamples, pixel: usize) -> usize {
-    tile_of(pixel, light.source.scene.film(), SIDE)
+    tile_of(pixel, light.source.scene.film(), CELLS_PER_SIDE)
 }

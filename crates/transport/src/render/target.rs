@@ -12,11 +12,11 @@ use crate::film::Film;
 use serde::{Deserialize, Serialize};
 
 /// Samples per pixel before the first examination of the error.
-const FIRST: u64 = 32;
+const FIRST_EXAMINATION: u64 = 32;
 /// Factor between the sample numbers of consecutive examinations.
 const GROWTH: f64 = 1.25;
 /// Number of consecutive examinations with an error below the target that end the render.
-const AGREEING: u32 = 2;
+const AGREEING_EXAMINATIONS: u32 = 2;
 
 /// Target error of a render.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -77,7 +77,7 @@ impl Watch {
     pub(super) fn new(target: Target) -> Self {
         Watch {
             target,
-            next: FIRST,
+            next: FIRST_EXAMINATION,
             met: 0,
         }
     }
@@ -105,6 +105,6 @@ impl Watch {
 
     /// Returns true if the render should stop.
     pub(super) fn is_over(&self) -> bool {
-        self.met >= AGREEING
+        self.met >= AGREEING_EXAMINATIONS
     }
 }

@@ -16,24 +16,24 @@ use crate::integrator::Contribution;
 use eikonal::{Solver, Tolerance};
 
 /// Tolerances that are tried, the loosest first.
-const LOOSER: [f64; 2] = [1e-4, 1e-5];
+const LOOSER_TOLERANCES: [f64; 2] = [1e-4, 1e-5];
 /// Number of samples per pixel in the noise with which the effect is compared.
 const SAMPLES: f64 = 1024.0;
 /// Largest allowed effect, as a fraction of this noise.
-const SHARE: f64 = 0.1;
+const MAX_EFFECT: f64 = 0.1;
 /// Largest allowed effect, as a fraction of a pixel's brightness, for pixels with less noise.
-const VISIBLE: f64 = 1e-4;
+const MAX_RELATIVE_EFFECT: f64 = 1e-4;
 /// Pixels of the pilot, spread over the image. Each has two samples.
 const PIXELS: usize = 256;
 /// Minimum number of pixels. Effects from fewer pixels are too uncertain.
-const LEAST_PIXELS: usize = 64;
+const MIN_PIXELS: usize = 64;
 /// First number of the pilot's samples, beyond the numbers of renders and of other pilots of these
 /// pixels.
-const FIRST: u64 = 5 << 61;
+const FIRST_SAMPLE: u64 = 5 << 61;
 /// Tiles along either side of the image; noise is estimated per tile.
-const SIDE: usize = 4;
+const TILES_PER_SIDE: usize = 4;
 /// Fraction of the work that a looser tolerance must save.
-const SAVING: f64 = 0.05;
+const MIN_SAVING: f64 = 0.05;
 
 /// Chooses the accuracy of a render's rays. The other choices are taken from `light`.
 pub(super) fn chosen(light: &LightSamples) -> RayAccuracy {
@@ -45,14 +45,16 @@ pub(super) fn chosen(light: &LightSamples) -> RayAccuracy {
     let Some(samples) = Samples::take(light, exact.tolerance, usize::MAX) else {
         return exact;
     };
-    let looser = LOOSER.into_iter().filter(|t| *t > exact.tolerance);
+    let looser = LOOSER_TOLERANCES
+        .into_iter()
+        .filter(|t| *t > exact.tolerance);
     let mut tried = looser.filter_map(|tolerance| {
         let others = Samples::take(light, tolerance, samples.pixels())?;
         let effect = samples.effect_of(&others, light);
-        let pays = others.work < (1.0 - SAVING) * samples.work;
+        let pays = others.work < (1.0 - MIN_SAVING) * samples.work;
         // Planted error "a tolerance loosened whatever its effect", found by morgana-transport/transport::tolerance::rays_are_exact_where_the_image_tells:
         // let is_small = effect <= f64::INFINITY;
-        let is_small = effect <= SHARE / SAMPLES.sqrt();
+        let is_small = effect <= MAX_EFFECT / SAMPLES.sqrt();
         (pays && is_small).then_some(RayAccuracy { tolerance, effect })
     });
     tried.next().unwrap_or(exact)
@@ -81,13 +83,13 @@ impl Samples {
             pairs.push([0, 1].map(|k| {
                 // Place each sample in its own replicate: samples of one replicate are not
                 // independent.
-                let sample = FIRST + source.replicates.size() * (2 * i as u64 + k);
+                let sample = FIRST_SAMPLE + source.replicates.size() * (2 * i as u64 + k);
                 let mut found = Vec::new();
                 light.take_pixel(pixel, sample, &mut ws, &mut found);
                 found
             }));
         }
-        let is_enough = pairs.len() >= LEAST_PIXELS && !source.is_stopped();
+        let is_enough = pairs.len() >= MIN_PIXELS && !source.is_stopped();
         is_enough.then(|| Samples {
             pairs,
             work: ws.stats().cost(),
@@ -101,11 +103,11 @@ impl Samples {
     /// Returns a bound of the mean difference between a pixel's samples and the `others`, in
     /// standard deviations of one sample: the mean over tiles.
     fn effect_of(&self, others: &Samples, light: &LightSamples) -> f64 {
-        let mut tiles = [Tile::default(); SIDE * SIDE];
+        let mut tiles = [Tile::default(); TILES_PER_SIDE * TILES_PER_SIDE];
         let noise = light.source.cells.noise();
         for (i, (pair, other)) in self.pairs.iter().zip(&others.pairs).enumerate() {
             let pixel = spread(i, light.source.scene.film());
-            let tile_of = |pixel| tile_of(pixel, light.source.scene.film(), SIDE);
+            let tile_of = |pixel| tile_of(pixel, light.source.scene.film(), TILES_PER_SIDE);
             let own = [0, 1].map(|k| own(&pair[k]));
             let tile = &mut tiles[tile_of(pixel)];
             tile.samples += 2.0;
@@ -147,7 +149,7 @@ impl Tile {
     /// Returns the mean difference in standard deviations, where `mean` is the image's mean.
     fn effect(&self, mean: f64) -> f64 {
         let difference = self.difference / self.samples;
-        let visible = VISIBLE / SHARE * self.mean().max(mean);
+        let visible = MAX_RELATIVE_EFFECT / MAX_EFFECT * self.mean().max(mean);
         let noise = (self.squares / self.samples + SAMPLES * visible * visible).sqrt();
         if difference > 0.0 {
             difference / noise

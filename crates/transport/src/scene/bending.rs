@@ -39,7 +39,7 @@ pub(super) const REACH: f64 = 20.0;
 /// Largest number of total reflections of the branches that are searched for. Inside a glass ball,
 /// infinitely many branches run along the surface between two points. Each additional reflection
 /// makes them harder to find.
-pub const TOTAL_REFLECTIONS: u32 = 3;
+pub const MAX_TOTAL_REFLECTIONS: u32 = 3;
 
 pub(super) fn guides(scene: &Scene) -> Vec<Option<Guide<MediumId>>> {
     let guide = |emitter: &Emitter| match emitter {

@@ -13,11 +13,11 @@ use eikonal::{Aabb, Field};
 use glam::DVec3;
 
 /// Relative tolerance for rounding, of a ball's extents and of indices.
-const ROUND: f64 = 1e-9;
+const ROUND_OFF: f64 = 1e-9;
 /// Relative tolerance of two approximations: an index that is continuous at a ball's surface, and
 /// an index that equals its mean over spheres. Rays of the mean field are first guesses of other
 /// rays.
-const ALIKE: f64 = 1e-2;
+const INDEX_TOLERANCE: f64 = 1e-2;
 
 /// Ball that is the only part of a scene that bends rays, by its smooth surface or the field
 /// inside. The surroundings have constant index.
@@ -105,7 +105,7 @@ fn round(shape: &Shape) -> Option<(DVec3, f64)> {
     // is round.
     let (aabb, diameter) = (shape.aabb(), shape.diameter());
     let extents = aabb.max - aabb.min;
-    let is_round = (extents - diameter).abs().max_element() < ROUND * diameter;
+    let is_round = (extents - diameter).abs().max_element() < ROUND_OFF * diameter;
     (matches!(shape, Shape::Sphere(_)) && is_round).then(|| (aabb.center(), 0.5 * diameter))
 }
 
@@ -126,7 +126,7 @@ fn matched_ball(parts: &Parts) -> Option<BendingBall> {
     }
     let outside = parts.media[around].index.n(center);
     let is_alike = |(id, medium): (MediumId, &Medium)| {
-        id == interior || (medium.index.n(center) / outside - 1.0).abs() < ROUND
+        id == interior || (medium.index.n(center) / outside - 1.0).abs() < ROUND_OFF
     };
     let within = |o: &Object| {
         let inside = |p: DVec3| p.distance(center) < radius;
@@ -139,7 +139,7 @@ fn matched_ball(parts: &Parts) -> Option<BendingBall> {
     }
     let lens = RadialBall::new(&parts.media[interior].index, center, radius, outside)?;
     let ball = lens.surface();
-    let nearly = lens.deviation() < ALIKE && (ball.ratio - 1.0).abs() < ALIKE;
+    let nearly = lens.deviation() < INDEX_TOLERANCE && (ball.ratio - 1.0).abs() < INDEX_TOLERANCE;
     nearly.then_some(BendingBall {
         ball,
         interior,

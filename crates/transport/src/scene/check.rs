@@ -58,13 +58,13 @@ impl SceneProblem {
 }
 
 /// Jump of the index below which indices match up to rounding.
-const MATCHED: f64 = 1e-6;
+const INDEX_TOLERANCE: f64 = 1e-6;
 /// Jump of the index below which facets of a rough dielectric scatter into cones of less than about
 /// a degree.
-const FAINT: f64 = 1e-2;
+const MIN_SCATTERING_JUMP: f64 = 1e-2;
 /// Largest ratio, without a warning, of a wavelength of sound to the size of its medium, or of the
 /// size to the wavelength.
-const SOUND: f64 = 1e3;
+const MAX_WAVELENGTH_RATIO: f64 = 1e3;
 /// Number of points at which a surface is probed.
 const SURFACE_PROBES: u64 = 64;
 /// Number of rays of a beam with starts that are checked.
@@ -174,8 +174,8 @@ fn check_sound(scene: &Scene, id: usize) -> Option<SceneProblem> {
         return None;
     }
     let length = match () {
-        () if longest > SOUND * size => longest,
-        () if shortest * SOUND < size => shortest,
+        () if longest > MAX_WAVELENGTH_RATIO * size => longest,
+        () if shortest * MAX_WAVELENGTH_RATIO < size => shortest,
         () => return None,
     };
     Some(SceneProblem::warning(
@@ -262,7 +262,7 @@ fn check_match(scene: &Scene, i: usize, object: &Object) -> Option<SceneProblem>
     let passes = matches!(object.bsdf, Bsdf::Null) || object.bsdf.is_partial();
     let sides = object.sides.filter(|_| passes)?;
     let jump = jump(scene, object, sides);
-    (jump > MATCHED).then(|| {
+    (jump > INDEX_TOLERANCE).then(|| {
         SceneProblem::warning(
             lint::INDEX_JUMP,
             Subject::Object(i),
@@ -289,11 +289,11 @@ fn check_facets(scene: &Scene, i: usize, object: &Object) -> Option<SceneProblem
     let subject = Subject::Object(i);
     let message = |what: &str| format!("the rough interface of '{}' {what}", object.name);
     match jump {
-        j if j < MATCHED => {
+        j if j < INDEX_TOLERANCE => {
             let what = "has the same index on both sides: light passes it as if it were not there";
             Some(error(subject, message(what), help))
         }
-        j if j < FAINT => {
+        j if j < MIN_SCATTERING_JUMP => {
             let what = format!(
                 "has nearly the same index on both sides, up to {j:.1e} apart: light passes it almost straight, and connections find it in rare, bright samples"
             );

@@ -11,11 +11,11 @@ use glam::DVec3;
 /// Approximate number of cells of the grid.
 const CELLS: f64 = 2_097_152.0;
 /// Largest number of cubes of empty cells through which a line is followed.
-const MOST_STEPS: usize = 8;
+const MAX_STEPS: usize = 8;
 /// Value of the layers around a cell through which a surface may pass.
 const FULL: u8 = u8::MAX;
 /// Number of triangles below which a search is as fast as the grid.
-const FEW: usize = 64;
+const MIN_GRID_TRIANGLES: usize = 64;
 
 /// Bounds of the distance to surfaces that are not faces between voxels.
 #[derive(Clone, Debug)]
@@ -57,7 +57,7 @@ impl Clearance {
             Shape::Mesh(mesh) => mesh.triangles().len(),
             _ => 0,
         };
-        let many = others.iter().map(triangles).sum::<usize>() >= FEW;
+        let many = others.iter().map(triangles).sum::<usize>() >= MIN_GRID_TRIANGLES;
         let pays = many || voxels().next().is_some();
         let layers = pays.then(|| ClearLayers::of(&others, within)).flatten();
         layers.map_or(Clearance::Unknown, Clearance::Layers)
@@ -120,7 +120,7 @@ impl ClearLayers {
     fn is_free(&self, x: DVec3, direction: DVec3, length: f64) -> bool {
         let line = [(x - self.low) / self.side, direction / self.side];
         let mut line = Leaps::new(self.size.map(|n| n as f64).into(), &self.layers, line);
-        for _ in 0..MOST_STEPS {
+        for _ in 0..MAX_STEPS {
             match line.cell() {
                 Some(cell) if self.layers[cell] != FULL => {
                     if line.stays(cell, length) {

@@ -16,7 +16,7 @@ use glam::{DAffine3, DMat3, DVec3};
 /// Number of points along each axis at which the light of a medium is evaluated.
 const POINTS: usize = 32;
 /// Smallest estimate relative to the mean, because the light between the points is unknown.
-const LEAST: f64 = 0.05;
+const MIN_RELATIVE_ESTIMATE: f64 = 0.05;
 
 impl Parts {
     /// Adds an emitter for each medium that emits and has no emitter yet.
@@ -63,7 +63,7 @@ fn volume_light(parts: &Parts, containment: Containment, id: MediumId) -> Option
     let floor = if sum.is_zero() {
         brightest(&parts.media[id])
     } else {
-        sum * (LEAST / seen.len() as f64)
+        sum * (MIN_RELATIVE_ESTIMATE / seen.len() as f64)
     };
     let guess = seen
         .iter()

@@ -20,7 +20,7 @@ const CELLS: usize = 32;
 const ROUNDING: f64 = 1e-9;
 /// Deviation from the estimate, in standard errors, beyond which an exact volume is rejected. The
 /// formula gives a wrong volume for a mesh that crosses itself.
-const MOST_DEVIATION: f64 = 6.0;
+const MAX_DEVIATION: f64 = 6.0;
 
 /// Returns ∫ ε dV of a medium within `bounds`, which contain all of it.
 pub(super) fn integral(
@@ -36,7 +36,7 @@ pub(super) fn integral(
     if parts.objects.iter().any(winding) && parts.partitions.is_empty() {
         let estimate = estimate(parts, containment, id, bounds);
         let off = (exact - estimate.value).map(f64::abs).sum();
-        if off > MOST_DEVIATION * estimate.error.sum() && !estimate.value.is_zero() {
+        if off > MAX_DEVIATION * estimate.error.sum() && !estimate.value.is_zero() {
             return estimate;
         }
     }

@@ -21,11 +21,11 @@ use std::cmp::Ordering;
 use std::sync::Arc;
 
 /// Sine of the angle between two normals below which faces count as one face.
-const SINE: f64 = 0.05;
+const SAME_FACE_SINE: f64 = 0.05;
 /// Number of points of an aperture at which faces are searched for, besides its centre.
 const APERTURE_POINTS: usize = 64;
 /// Largest number of surfaces that are tested in one direction from a point.
-const MOST_SURFACES: usize = 4;
+const MAX_SURFACES: usize = 4;
 
 impl Scene {
     /// Returns the start of a ray from a point in a unit direction. The start is moved off the
@@ -188,7 +188,7 @@ impl Faces<'_> {
                 for (object, normal) in self
                     .index
                     .within(aside, direction, reach)
-                    .take(MOST_SURFACES)
+                    .take(MAX_SURFACES)
                 {
                     corner.add(object, normal);
                 }
@@ -205,8 +205,8 @@ impl Corner {
         }
         let independent = match self.normals[..] {
             [] => true,
-            [a] => a.cross(normal).length() > SINE,
-            [a, b] => a.cross(b).normalize().dot(normal).abs() > SINE,
+            [a] => a.cross(normal).length() > SAME_FACE_SINE,
+            [a, b] => a.cross(b).normalize().dot(normal).abs() > SAME_FACE_SINE,
             _ => false,
         };
         if independent {

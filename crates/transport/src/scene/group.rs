@@ -18,7 +18,7 @@ use std::cell::RefCell;
 use std::ops::Range;
 
 /// Fraction of uniform choices.
-pub(super) const FLOOR: f64 = 0.1;
+pub(super) const UNIFORM_FRACTION: f64 = 0.1;
 /// Largest number of emitters that are weighed one by one.
 const BUCKET: usize = 8;
 /// A node of the tree: some emitters, weighed together.
@@ -179,10 +179,10 @@ impl<'a> EmitterChoice<'a> {
         if let [only] = &members[..] {
             return (only.emitter, 1.0);
         }
-        let member = if u < FLOOR {
-            (u / FLOOR * members.len() as f64) as usize
+        let member = if u < UNIFORM_FRACTION {
+            (u / UNIFORM_FRACTION * members.len() as f64) as usize
         } else {
-            self.descend((u - FLOOR) / (1.0 - FLOOR))
+            self.descend((u - UNIFORM_FRACTION) / (1.0 - UNIFORM_FRACTION))
         };
         let member = member.min(members.len() - 1);
         (members[member].emitter, self.probability(member))
@@ -192,7 +192,7 @@ impl<'a> EmitterChoice<'a> {
     pub(super) fn probability(&self, member: usize) -> f64 {
         match self.group.members.len() {
             1 => 1.0,
-            n => FLOOR / n as f64 + (1.0 - FLOOR) * self.of_descent(member),
+            n => UNIFORM_FRACTION / n as f64 + (1.0 - UNIFORM_FRACTION) * self.of_descent(member),
         }
     }
 

@@ -9,7 +9,7 @@ use glam::DVec3;
 use std::f64::consts::PI;
 
 /// Smallest distance in estimates, relative to the radius of the scene.
-const CLOSEST: f64 = 1e-6;
+const MIN_RELATIVE_DISTANCE: f64 = 1e-6;
 
 /// A receiver of light, with the data that estimates need.
 #[derive(Clone, Copy, Debug)]
@@ -104,7 +104,7 @@ impl LightBounds {
     pub(super) fn new(emitter: &Emitter, around: &Surroundings, objects: &[Object]) -> Self {
         let shape = |object: usize| &objects[object].shape;
         let power = emitter.power(around, shape).sum();
-        let closest = CLOSEST * around.radius;
+        let closest = MIN_RELATIVE_DISTANCE * around.radius;
         let bounds = |center, radius: f64, strength, facing| LightBounds {
             center,
             radius: radius.max(closest),

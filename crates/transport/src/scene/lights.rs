@@ -1,6 +1,6 @@
 //! Choice of the emitters to which connections lead, and from which light subpaths start.
 
-use super::group::{EmitterChoice, FLOOR, Group};
+use super::group::{EmitterChoice, Group, UNIFORM_FRACTION};
 use super::light_bounds::{LightBounds, Receiver};
 use super::parts::Parts;
 use crate::emitter::{Class, Emitter, Surroundings};
@@ -92,7 +92,14 @@ fn sources(parts: &Parts, around: &Surroundings) -> Option<Discrete> {
     let emitters = parts.emitters.iter();
     let powers: Vec<f64> = emitters.map(|e| e.power(around, shape).sum()).collect();
     let mean = powers.iter().sum::<f64>() / powers.len() as f64;
-    let floor = if mean > 0.0 { FLOOR * mean } else { 1.0 };
-    let weights: Vec<f64> = powers.iter().map(|p| (1.0 - FLOOR) * p + floor).collect();
+    let floor = if mean > 0.0 {
+        UNIFORM_FRACTION * mean
+    } else {
+        1.0
+    };
+    let weights: Vec<f64> = powers
+        .iter()
+        .map(|p| (1.0 - UNIFORM_FRACTION) * p + floor)
+        .collect();
     Discrete::new(&weights).ok()
 }

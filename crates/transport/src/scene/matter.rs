@@ -13,7 +13,7 @@ use smallvec::{SmallVec, smallvec};
 use std::sync::Arc;
 
 /// Largest number of cubes of voxels with one matter through which a line is followed.
-const MOST_STEPS: usize = 16;
+const MAX_STEPS: usize = 16;
 /// Number that stands for other media in voxels.
 const OTHER: u8 = u8::MAX;
 
@@ -248,7 +248,7 @@ fn legs<'a>(
     let mut legs = Legs::new();
     let (mut left, mut gone, mut last) = (depth, 0.0, None);
     let mut line = grid.along(x, direction);
-    for _ in 0..MOST_STEPS {
+    for _ in 0..MAX_STEPS {
         let voxel = line.cell()?;
         let number = grid.labels()[voxel];
         let matter = matter(number)?;

@@ -26,7 +26,7 @@ mod voxels;
 mod world;
 
 pub use crate::film::{FilmSpec, FilmWindow};
-pub use bending::TOTAL_REFLECTIONS;
+pub use bending::MAX_TOTAL_REFLECTIONS;
 pub(crate) use bending_ball::BendingBall;
 pub use builder::{BuildError, BuildProblem, ObjectBuilder, SceneBuilder};
 pub use check::{ProblemSeverity, SceneProblem, Subject};
@@ -63,7 +63,7 @@ const RAY_EPSILON: f64 = 1e-12;
 
 /// Smallest radius of the ball around a scene, relative to the distance of its centre from the
 /// origin.
-const LEAST_RADIUS: f64 = 1e-3;
+const MIN_RADIUS: f64 = 1e-3;
 
 /// Panic message for an empty list of scenes.
 pub(crate) const NO_SCENE: &str = "there must be a scene for each group of channels, at least one";
@@ -156,7 +156,7 @@ impl Scene {
             reach: Reach {
                 optical_length: REACH * around.radius,
                 reflections: parts.reflections,
-                bounces: parts.reflections.saturating_add(TOTAL_REFLECTIONS),
+                bounces: parts.reflections.saturating_add(MAX_TOTAL_REFLECTIONS),
             },
             bending: Bending::of(&parts),
             sensor_medium,
@@ -329,7 +329,7 @@ fn surroundings(parts: &Parts) -> Surroundings {
     });
     let all = volumes.fold(all, Aabb::union).union(parts.measured);
     let center = all.center();
-    let radius = f64::max(0.5 * all.diagonal() * 1.01, LEAST_RADIUS * center.length());
+    let radius = f64::max(0.5 * all.diagonal() * 1.01, MIN_RADIUS * center.length());
     Surroundings {
         center,
         radius: if radius > 0.0 { radius } else { 1.0 },

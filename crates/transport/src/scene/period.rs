@@ -14,7 +14,7 @@ use eikonal::field::Sound;
 use std::f64::consts::TAU;
 
 /// Relative difference of wavelengths or frequencies below which the periods are equal.
-const SAME: f64 = 1e-9;
+const PERIOD_TOLERANCE: f64 = 1e-9;
 
 impl Scene {
     /// Builds the scene at `instants` ≥ 1 instants, evenly spaced over a period of the sound in its
@@ -125,7 +125,7 @@ fn no_period(parts: &Parts) -> Vec<SceneProblem> {
 fn several_wavelengths(parts: &Parts, id: usize) -> Option<SceneProblem> {
     let medium = &parts.media[id];
     let [shortest, longest] = medium.index.sound_wavelengths()?;
-    (longest > shortest * (1.0 + SAME)).then(|| {
+    (longest > shortest * (1.0 + PERIOD_TOLERANCE)).then(|| {
         let message = format!(
             "the sound in medium '{}' has several wavelengths, {shortest} to {longest}, and no common \
              period to average over",
@@ -147,7 +147,7 @@ fn several_frequencies(parts: &Parts, sounds: &[Vec<Sound>]) -> Option<SceneProb
     });
     let mut known = known.collect::<Vec<_>>().into_iter();
     let (first, reference) = known.next()?;
-    let (id, hz) = known.find(|(_, hz)| (hz - reference).abs() > SAME * reference)?;
+    let (id, hz) = known.find(|(_, hz)| (hz - reference).abs() > PERIOD_TOLERANCE * reference)?;
     let message = format!(
         "the sound in medium '{}' has {reference} Hz, that in medium '{}' has {hz} Hz: there is no common \
          period to average over",

@@ -16,9 +16,9 @@ use std::sync::Arc;
 /// Matter number that marks voxels with unsuitable or unknown matter.
 const OTHER: u8 = u8::MAX;
 /// Largest cosine, by rounding, between edges of voxels that are at right angles.
-const SQUARE: f64 = 1e-12;
+const MAX_COSINE: f64 = 1e-12;
 /// Distance from other surfaces, in voxels, within which walks do not use voxels.
-const HAIR: f64 = 1e-6;
+const SURFACE_MARGIN: f64 = 1e-6;
 
 /// A volume of rectangular voxels, each with matter of one index and uniform coefficients. At all
 /// faces between voxels of different media, light is refracted, or passes straight on.
@@ -171,7 +171,7 @@ impl VoxelVolume {
             numbers.fill(OTHER);
             return;
         }
-        let (first, end) = (filled.min - HAIR, filled.max + HAIR);
+        let (first, end) = (filled.min - SURFACE_MARGIN, filled.max + SURFACE_MARGIN);
         let range = |axis: usize| {
             let n = self.size[axis] as f64;
             let end = (end[axis].floor() + 1.0).clamp(0.0, n) as usize;
@@ -288,7 +288,7 @@ fn edges(to_world: &DAffine3, cells: DVec3) -> Option<(DMat3, DVec3)> {
         axes.y_axis.dot(axes.z_axis),
         axes.z_axis.dot(axes.x_axis),
     ];
-    let is_square = cosines.iter().all(|cos| cos.abs() < SQUARE);
+    let is_square = cosines.iter().all(|cos| cos.abs() < MAX_COSINE);
     is_square.then(|| (axes, cells / lengths))
 }
 

@@ -17,7 +17,7 @@ use smallvec::SmallVec;
 
 /// Largest length of an extended edge, in radii of the ball around the scene. Rays that do not
 /// circle are shorter than three radii in most scenes.
-const LONG: f64 = 32.0;
+const MAX_EDGE_LENGTH: f64 = 32.0;
 
 impl World for Scene {
     type Region = MediumId;
@@ -263,7 +263,7 @@ impl Scene {
     /// Returns true if an edge has the length at which its extension ends. Otherwise rays that
     /// circle in a medium would never end.
     pub(crate) fn is_long(&self, length: f64) -> bool {
-        length > LONG * self.around.radius
+        length > MAX_EDGE_LENGTH * self.around.radius
     }
 
     /// Returns true if a point lies outside the ball around the scene, enlarged by one per cent.

@@ -7,7 +7,7 @@ use eikonal::connect::{ConnectingRay, Failure, Piece, Reach};
 use glam::DVec3;
 
 /// Points per arc of a curved ray; arcs are short and turn little.
-const STEPS: usize = 4;
+const POINTS_PER_ARC: usize = 4;
 
 /// Rays between two points.
 #[derive(Clone, Debug)]
@@ -122,7 +122,7 @@ fn points(pieces: &[Piece<MediumId>]) -> Vec<DVec3> {
     let start = pieces.first().map(|piece| piece.arc.position(0.0));
     let rest = pieces.iter().flat_map(|piece| {
         let (arc, end) = piece.ends();
-        let steps = if arc.is_straight() { 1 } else { STEPS };
+        let steps = if arc.is_straight() { 1 } else { POINTS_PER_ARC };
         // Planted error "curves of branches that go on behind their ends", found by morgana-cli/cli::view::rays_of_a_page:
         // (1..=steps).map(move |i| arc.position(i as f64 / steps as f64))
         (1..=steps).map(move |i| arc.position(end * i as f64 / steps as f64))

@@ -12,7 +12,7 @@ use glam::DVec3;
 use std::ops::ControlFlow;
 
 /// Radius of the ball in which rays are followed, relative to the radius around all objects.
-const BEYOND: f64 = 1.15;
+const RADIUS_FACTOR: f64 = 1.15;
 
 /// Point of a ray.
 #[derive(Clone, Copy, Debug)]
@@ -116,7 +116,7 @@ impl Ball {
     fn around(bounds: Aabb) -> Self {
         // Without objects a ray still needs room to be seen.
         let radius = match 0.5 * bounds.diagonal() {
-            r if r > 0.0 => BEYOND * r,
+            r if r > 0.0 => RADIUS_FACTOR * r,
             _ => 1.0,
         };
         Ball {

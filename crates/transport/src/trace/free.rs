@@ -10,7 +10,7 @@ use eikonal::{Reference, Tolerance};
 use glam::DVec3;
 
 /// Maximum distance of a ray; the polynomials of longer arcs would overflow.
-const FARTHEST: f64 = 1e100;
+const MAX_DISTANCE: f64 = 1e100;
 
 /// Follows a ray of the given length from `x` through a field without surfaces, in a direction of
 /// any length except zero. Its medium has the number 0. The ray is lost where the field has no real
@@ -37,7 +37,7 @@ pub fn follow_field(
     if length.is_nan() || length <= 0.0 {
         return line.end(TraceEnding::Length);
     }
-    let length = length.min(FARTHEST);
+    let length = length.min(MAX_DISTANCE);
     let mut flow = Flow::new(field, Node::new(field, x, v, ()), tolerance);
     for _ in 0..STEPS_PER_RAY {
         let left = length - line.length;

@@ -9,7 +9,7 @@ use glam::DVec3;
 
 /// Angle in radians by which a ray turns between recorded points, at most. Polylines then look
 /// smooth.
-const TURN: f64 = 0.03;
+const MAX_TURN: f64 = 0.03;
 
 /// Ray traced so far.
 pub(super) struct Line<'a> {
@@ -42,7 +42,7 @@ impl<'a> Line<'a> {
         let pieces = if arc.is_straight() {
             1.0
         } else {
-            (turn / TURN).ceil().clamp(1.0, 1e3)
+            (turn / MAX_TURN).ceil().clamp(1.0, 1e3)
         };
         let (length, optical) = (self.length, self.optical);
         let mut before = 0.0;

@@ -15,7 +15,7 @@ use testkit::Rng;
 
 const RADIUS: f64 = 1.2;
 /// Relative tolerance of geometry terms. The tolerance of rays is 1e-6, and caustics amplify it.
-const CLOSE: f64 = 1e-3;
+const MAX_ERROR: f64 = 1e-3;
 
 fn scene(light: DVec3) -> Scene {
     let ball = Sphere::around(DVec3::new(0.3, -0.2, 0.1), RADIUS).unwrap();
@@ -78,7 +78,7 @@ fn check(x: DVec3, y: DVec3) -> usize {
         let connection = found.iter().find(same).expect("one of the connections");
         let expected = 1.0 / (ray.jacobian * n * n);
         let off = (connection.geometry.geometry_term / expected - 1.0).abs();
-        assert!(off < CLOSE, "{x} {y}: {connection:?} {ray:?}");
+        assert!(off < MAX_ERROR, "{x} {y}: {connection:?} {ray:?}");
     }
     found.len()
 }

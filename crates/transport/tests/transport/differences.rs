@@ -16,7 +16,7 @@ use testkit::batches::{self, welch_z};
 
 /// Number of batches, equal to the number in derivatives.
 pub const BATCHES: u64 = 32;
-const MOST: f64 = 4.0;
+const MAX_DEVIATION: f64 = 4.0;
 
 /// A mean and its standard error.
 pub type Mean = (f64, f64);
@@ -82,7 +82,7 @@ impl Comparisons {
     pub fn see(&mut self, what: &str, found: Mean, exact: Mean) {
         let z = welch_z(found, exact, BATCHES as usize);
         println!("{what}: {found:.4?}, expected {exact:.4?}, z = {z:.2}");
-        if z.is_nan() || z.abs() >= MOST {
+        if z.is_nan() || z.abs() >= MAX_DEVIATION {
             self.wrong.push(format!("{what}: z = {z}"));
         }
     }

@@ -34,7 +34,7 @@ const LAYERS: usize = 4;
 /// Step in σ of the tree's rays.
 const STEP: f64 = 1e-3;
 /// Smallest contribution of a ray of the tree; fainter rays are left out.
-const FAINT: f64 = 1e-7;
+const MIN_CONTRIBUTION: f64 = 1e-7;
 
 #[derive(Clone, Copy, Debug)]
 struct Setup {
@@ -155,7 +155,7 @@ impl Tree {
 
     /// Light of a ray that starts inside, after a number of events.
     fn inside(&self, x: DVec3, v: DVec3, worth: Spectrum, events: usize) -> Spectrum {
-        if worth.max() < FAINT {
+        if worth.max() < MIN_CONTRIBUTION {
             return Spectrum::ZERO;
         }
         let (x, v, depth) = self.through(x, v);

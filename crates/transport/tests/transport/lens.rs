@@ -28,7 +28,7 @@ const FAMILY: f64 = 1e-3;
 /// Search probability so small that a search for further branches practically never happens.
 const NEVER: f64 = 1e-12;
 /// Relative tolerance of geometry terms. The tolerance of rays is 1e-6, and caustics amplify it.
-const CLOSE: f64 = 1e-3;
+const MAX_ERROR: f64 = 1e-3;
 
 fn in_ball(rng: &mut Rng) -> DVec3 {
     DVec3::from_array(rng.direction()) * (lens::RADIUS * rng.next_1d().cbrt())
@@ -111,7 +111,7 @@ fn check(scene: &Scene, [x, y]: [DVec3; 2]) -> usize {
         let connection = found.iter().find(same).expect("one of the connections");
         let expected = 1.0 / (ray.jacobian * n * n);
         let off = (connection.geometry.geometry_term / expected - 1.0).abs();
-        assert!(off < CLOSE, "{x} {y}: {connection:?} {ray:?}");
+        assert!(off < MAX_ERROR, "{x} {y}: {connection:?} {ray:?}");
         assert!(connection.emission.distance(-ray.direction_in) < 1e-4);
         let off = connection.optical_length / ray.optical_length - 1.0;
         assert!(off.abs() < 1e-5, "{x} {y}: {connection:?} {ray:?}");
@@ -185,7 +185,7 @@ fn sums_over_rays_of_a_lopsided_lens_are_right_on_average() {
         }
         let scale = expected.max(1.0);
         // Geometry terms have a further error of 1e-3 of their sum.
-        let error = sums.standard_error().hypot(CLOSE * scale / 3.0);
+        let error = sums.standard_error().hypot(MAX_ERROR * scale / 3.0);
         zs.push((sums.mean() - expected) / error);
     }
     max_abs_z(&zs, FAMILY / 2.0).unwrap();

@@ -74,7 +74,7 @@ fn chosen(scenes: &[Scene], several: bool) {
 #[test]
 fn all_emitters_and_many_bounces_are_told_apart() {
     by_emitters(2);
-    by_bounces(Decomposition::MOST_BOUNCES);
+    by_bounces(Decomposition::MAX_BOUNCES);
 }
 
 #[test]

@@ -15,7 +15,7 @@ use morgana_transport::shape::{Rectangle, Shape, Sphere};
 use std::f64::consts::{PI, TAU};
 
 /// Distance of the source, which makes its rays nearly parallel.
-const FAR: f64 = 1e4;
+const FAR_DISTANCE: f64 = 1e4;
 /// Half-angle that the source subtends.
 const HALF: f64 = 4e-3;
 const STOP: f64 = 8e-3;
@@ -35,9 +35,9 @@ fn sensor(aspect: f64, stop: ApertureStop) -> Sensor {
 /// A square source of radiance 1 that faces −z.
 fn source() -> Object {
     let map = DAffine3::from_scale_rotation_translation(
-        DVec3::splat(HALF * FAR),
+        DVec3::splat(HALF * FAR_DISTANCE),
         DQuat::from_rotation_y(PI),
-        DVec3::Z * FAR,
+        DVec3::Z * FAR_DISTANCE,
     );
     Object {
         name: "source".into(),
@@ -74,7 +74,7 @@ fn brightness_is_proportional_to_the_deflection() {
         let x = 1.0 - 2.0 * (i as f64 + 0.5) / PIXELS as f64;
         let deflection = -TAU.sqrt() * delta * x / w * (-x * x / (2.0 * w * w)).exp();
         let a = deflection / HALF;
-        let y = pixel.mean()[0] / unit - 1.0 - x / (FAR * HALF);
+        let y = pixel.mean()[0] / unit - 1.0 - x / (FAR_DISTANCE * HALF);
         let s2 = pixel.variance_of_mean()[0] / (unit * unit);
         // The mean over a pixel, and terms of Δ², cost 5e-3 of the largest contrast, 0.38.
         let z = (y - a) / (s2.sqrt() + 2e-3);

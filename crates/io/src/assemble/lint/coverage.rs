@@ -5,7 +5,7 @@ use crate::diagnostic::lints;
 use transport::bsdf::Bsdf;
 use transport::emitter::{Class, Emitter};
 use transport::integrator::{Integrator, RequiredConnection};
-use transport::scene::{Object, Scene, SceneProblem, Subject, TOTAL_REFLECTIONS};
+use transport::scene::{Object, Scene, SceneProblem, Subject, MAX_TOTAL_REFLECTIONS};
 use transport::sensor::Sensor;
 
 /// Surfaces of a scene that reflect light along paths which connections do not follow.
@@ -184,7 +184,7 @@ fn nowhere(walls: &Walls) -> Option<SceneProblem> {
 /// Returns the advice to raise the number of reflections of connections.
 fn set_reflections(others: &str) -> String {
     format!(
-        "set the integrator's 'reflections' to how many of them matter (up to {TOTAL_REFLECTIONS} total ones \
+        "set the integrator's 'reflections' to how many of them matter (up to {MAX_TOTAL_REFLECTIONS} total ones \
          are looked for besides), or use {others}"
     )
 }

@@ -469,12 +469,13 @@ impl<L: PathLog> Joining<'_, L> {
 }
 
 /// Fraction of uniform choices. Estimates along straight lines may be wrong for curved rays.
-const FLOOR: f64 = 0.2;
+const UNIFORM_FRACTION: f64 = 0.2;
 
 /// Mixes estimates with a uniform fraction, so that none is zero.
 fn with_floor(guesses: Vec<f64>) -> Vec<f64> {
     let sum: f64 = guesses.iter().sum();
-    let mixed = |g: f64| (1.0 - FLOOR) * g / sum + FLOOR / guesses.len() as f64;
+    let mixed =
+        |g: f64| (1.0 - UNIFORM_FRACTION) * g / sum + UNIFORM_FRACTION / guesses.len() as f64;
     if sum > 0.0 && sum.is_finite() {
         guesses.iter().map(|&g| mixed(g)).collect()
     } else {

@@ -14,7 +14,7 @@ use crate::photons::{Followed, Kernel, LightPaths, PhotonMap, Radii, landed};
 /// weights assume that each photon is an independent sample, as in a connection. A value below one
 /// corrects for two differences: the contribution of a connection varies less than the contribution
 /// of a photon, and neighbouring pixels share photons.
-const WORTH: f64 = 0.03;
+const MERGING_WEIGHT: f64 = 0.03;
 
 /// Light subpaths, with their vertices as photons.
 #[derive(Debug)]
@@ -84,7 +84,7 @@ impl Merging {
 
     /// Returns the weights of merging against other techniques.
     pub(crate) fn contents(&self) -> MergeContents {
-        let paths = WORTH * self.light.paths.len() as f64;
+        let paths = MERGING_WEIGHT * self.light.paths.len() as f64;
         MergeContents {
             surface: paths * Kernel::disc(self.radii.surface).content(),
             volume: paths * Kernel::ball(self.radii.volume).content(),

@@ -5,9 +5,9 @@ use crate::path::{PathLog, PathTally};
 use crate::sampling::Purpose;
 
 /// Largest probability of survival from the depth on at which all paths may end.
-const LONGEST_ROULETTE: f64 = 0.95;
+const MAX_SURVIVAL: f64 = 0.95;
 /// Smallest probability of survival by adjoint estimates, which may be wrong.
-const SHORTEST_ROULETTE: f64 = 0.3;
+const MIN_SURVIVAL: f64 = 0.3;
 
 impl PathTracer {
     /// Ends paths at random, without bias. Returns true if this path continues.
@@ -34,7 +34,7 @@ impl PathTracer {
     fn survival<R>(&self, t: &Tracing<R>, next: &Next) -> f64 {
         let late = next.length.depth >= self.rr_depth;
         let wanted = match t.ws.adjoint.of(&next.start) {
-            Some(prospect) => (prospect * next.throughput.sum()).max(SHORTEST_ROULETTE),
+            Some(prospect) => (prospect * next.throughput.sum()).max(MIN_SURVIVAL),
             None if late => {
                 let sensor = t.scene.sensor().position();
                 let n = t.scene.n(t.scene.sensor_medium(), sensor);
@@ -42,7 +42,7 @@ impl PathTracer {
             }
             None => 1.0,
         };
-        wanted.min(if late { LONGEST_ROULETTE } else { 1.0 })
+        wanted.min(if late { MAX_SURVIVAL } else { 1.0 })
     }
 }
 

@@ -37,7 +37,7 @@ pub struct Decomposition {
     /// Bins of optical length, which must be [valid](Bins::is_valid).
     pub length: Option<Bins>,
     /// Largest number of bounces with a layer of its own, at most
-    /// [`MOST_BOUNCES`](Decomposition::MOST_BOUNCES). Each smaller number has a layer, too.
+    /// [`MAX_BOUNCES`](Decomposition::MAX_BOUNCES). Each smaller number has a layer, too.
     pub bounces: Option<u32>,
     /// Number of emitters, each with a layer of its own: all emitters of the scene, at least one.
     pub emitters: Option<usize>,
@@ -144,7 +144,7 @@ impl LayerAxis {
 
 impl Decomposition {
     /// Largest number of bounces that a film separates.
-    pub const MOST_BOUNCES: u32 = 1000;
+    pub const MAX_BOUNCES: u32 = 1000;
 
     /// Returns true if the film separates light.
     pub fn is_some(&self) -> bool {
@@ -203,7 +203,7 @@ impl Decomposition {
             );
         }
         if let Some(bounces) = self.bounces {
-            let most = Self::MOST_BOUNCES;
+            let most = Self::MAX_BOUNCES;
             assert!(
                 bounces <= most,
                 "a film separates at most {most} bounces, not {bounces}"

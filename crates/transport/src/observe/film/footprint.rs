@@ -21,12 +21,12 @@ struct Taps {
 
 /// Distance from the film, in pixels, beyond which a point contributes to no pixel. It is far
 /// larger than any film, and keeps the numbers of pixels in the range of `i64`.
-const FAR: f64 = 1e9;
+const MAX_DISTANCE: f64 = 1e9;
 
 impl Taps {
     fn at(filter: &Filter, position: f64) -> Self {
         // False for a position that is not a number, too.
-        let is_near = position.abs() < FAR;
+        let is_near = position.abs() < MAX_DISTANCE;
         let (first, end) = if is_near {
             let nearest = position - 0.5;
             let radius = filter.radius();
@@ -67,8 +67,8 @@ impl Footprint {
         }
     }
 
-    /// Moves the point by whole pixels, and calls `count` with each pixel of a `width × height` film
-    /// whose weight is not zero, and with its weight.
+    /// Moves the point by whole pixels, and calls `count` with each pixel of a `width × height`
+    /// film whose weight is not zero, and with its weight.
     pub(crate) fn each(
         &self,
         [width, height]: [usize; 2],

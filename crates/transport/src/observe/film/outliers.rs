@@ -19,7 +19,7 @@ const EXPONENTS: std::ops::RangeInclusive<i32> = -10..=10;
 /// Number of levels.
 const LEVELS: usize = 21;
 /// Smallest brightness of darker levels that the weights assume, relative to the mean of the image.
-const TRUSTED: f64 = 0.05;
+const MIN_RELATIVE_BRIGHTNESS: f64 = 0.05;
 
 /// Sums of one group of channels by pixel, level and channel; the channel varies fastest.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -92,7 +92,7 @@ impl OutlierRejection {
         let n = samples as f64;
         let brightness =
             self.sums.iter().map(|s| s.value()).sum::<f64>() / (self.channels * pixels) as f64 / n;
-        let trusted = TRUSTED * brightness;
+        let trusted = MIN_RELATIVE_BRIGHTNESS * brightness;
         let pixel = |i: usize| {
             let mut value = Spectrum::ZERO;
             for (level, exponent) in EXPONENTS.enumerate() {

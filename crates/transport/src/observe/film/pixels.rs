@@ -70,7 +70,7 @@ impl AddAssign for Pixel {
 }
 
 /// Number of samples of a pixel as a film stores it; at most
-/// [`ReproducibleSum::MOST`](crate::sum::ReproducibleSum::MOST).
+/// [`ReproducibleSum::MAX_NUMBERS`](crate::sum::ReproducibleSum::MAX_NUMBERS).
 type Count = u32;
 
 /// Returns the bytes that a film takes per pixel of a group.

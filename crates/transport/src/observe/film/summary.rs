@@ -1,13 +1,13 @@
 //! Means of whole images and their errors (docs/theory.md#effective-samples).
 
 use super::{Film, Pixel};
-use crate::moments::{LEAST_EFFECTIVE, Tail};
+use crate::moments::{MIN_EFFECTIVE, Tail};
 
 impl Film {
     /// Returns the mean over all pixels and channels, with its standard error. Channels of one
     /// group share their paths, so their errors add up as fully correlated. Pixels count as
     /// independent, unless one path contributes to several pixels: then the samples of the whole
-    /// image give the error. If these are fewer than [`LEAST_EFFECTIVE`] and the samples of
+    /// image give the error. If these are fewer than [`MIN_EFFECTIVE`] and the samples of
     /// different cells are independent, the variances of pixels give it.
     pub fn summary(&self) -> (f64, f64) {
         self.summary_of(None)
@@ -44,11 +44,11 @@ impl Film {
 
     /// Returns true if there are too few samples of the whole image to give the error of its mean.
     fn few_images(&self, whole: &Pixel) -> bool {
-        (whole.count as f64) < LEAST_EFFECTIVE
+        (whole.count as f64) < MIN_EFFECTIVE
     }
 
     /// Returns true if the error of [`Film::summary`], or of [`Film::layer_summary`], is
-    /// unreliable: the mean has fewer than [`LEAST_EFFECTIVE`] effective samples, or a heavy
+    /// unreliable: the mean has fewer than [`MIN_EFFECTIVE`] effective samples, or a heavy
     /// [tail](Film::tail). An image without light is flagged. A layer without light is not flagged,
     /// because possibly no path of the scene belongs to it.
     pub fn few_in_all(&self, layer: Option<usize>) -> bool {
@@ -57,7 +57,7 @@ impl Film {
             return layer.is_none();
         }
         let squares = (error / mean).powi(2) + 1.0 / self.scores(layer) as f64;
-        squares * LEAST_EFFECTIVE > 1.0 || self.tail(layer).is_heavy()
+        squares * MIN_EFFECTIVE > 1.0 || self.tail(layer).is_heavy()
     }
 
     /// Returns the fraction of unreliable variances among the non-zero values of pixels and

@@ -35,7 +35,7 @@ pub struct MeterGrid {
 
 /// Maximum number of roots. A polynomial has at most as many as its degree; an edge that is touched
 /// counts once.
-const MOST_ROOTS: usize = 10;
+const MAX_ROOTS: usize = 10;
 
 impl MeterGrid {
     /// Creates a grid with the given number of cells along each coordinate: x, y, z; or r, 1, z; or
@@ -270,7 +270,7 @@ fn push(t: f64, theta_end: f64, cuts: &mut Vec<f64>) {
 /// missed; the arc between them is equally short.
 fn roots<const N: usize>(c: &[f64; N], theta_end: f64, cuts: &mut Vec<f64>) {
     let mut from = 0.0;
-    for _ in 0..MOST_ROOTS {
+    for _ in 0..MAX_ROOTS {
         match first_root(c, from, 1.0, [0.0; 2]) {
             Some(root) if root < 1.0 => {
                 push(root, theta_end, cuts);

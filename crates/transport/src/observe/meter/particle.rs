@@ -10,13 +10,13 @@ use crate::sampling::Sampler;
 
 /// Power below which a particle may end by Russian roulette, relative to the weight window. Without
 /// a window, it is relative to the particle's initial power.
-const SMALL: f64 = 0.1;
+const ROULETTE_POWER: f64 = 0.1;
 /// Power, relative to the power of the weight window, above which a particle is divided.
-const LARGE: f64 = 2.0;
+const SPLITTING_POWER: f64 = 2.0;
 /// Maximum number of particles into which one particle is divided at one place.
-const MOST_AT_ONCE: f64 = 16.0;
+const MAX_SPLIT: f64 = 16.0;
 /// Maximum number of copies of one emitted particle; beyond it particles are no longer divided.
-const MOST_COPIES: usize = 10_000;
+const MAX_COPIES: usize = 10_000;
 
 impl Setup<'_> {
     /// Emits particle `number`, and follows it and all its copies. Returns the balance of its
@@ -107,13 +107,13 @@ impl Survival for WindowedSurvival<'_> {
         let worth = left / self.window.map_or(1.0, |w| w.share(optical_length));
         // Survive with probability w/W if w/W is small, or divide into round(w/W) particles if it
         // is large.
-        if depth >= self.rr_depth && worth < SMALL {
+        if depth >= self.rr_depth && worth < ROULETTE_POWER {
             if sampler.next_1d() >= worth {
                 return 0;
             }
             *throughput *= 1.0 / worth;
-        } else if self.window.is_some() && worth > LARGE && self.copies < MOST_COPIES {
-            let copies = worth.min(MOST_AT_ONCE).round() as usize;
+        } else if self.window.is_some() && worth > SPLITTING_POWER && self.copies < MAX_COPIES {
+            let copies = worth.min(MAX_SPLIT).round() as usize;
             // Planted error "particles that are divided keep all their power each", found by morgana-transport/transport::meters::gates::an_infinite_medium_absorbs_exponentially:
             // *throughput *= 1.0;
             *throughput *= 1.0 / copies as f64;

@@ -9,7 +9,7 @@ use glam::DVec2;
 
 /// Maximum number of pieces with one modulation. Large cells then do not depend on too few
 /// modulations.
-const MOST_PIECES: u32 = 8;
+const MAX_PIECES: u32 = 8;
 
 /// Fluence in a cell, with the modulation of one of its pieces.
 #[derive(Clone, Copy, Debug)]
@@ -34,7 +34,7 @@ impl Stay {
     /// Returns true if another piece in a cell can be added. With several channels each piece keeps
     /// its own modulation, because pieces may differ in colour.
     pub(super) fn goes_on(&self, cell: usize, channels: usize) -> bool {
-        self.cell == cell && self.pieces < MOST_PIECES && channels == 1
+        self.cell == cell && self.pieces < MAX_PIECES && channels == 1
     }
 
     /// Adds a piece. The random number `u` in [0, 1) chooses between the pieces, and then samples
@@ -92,6 +92,6 @@ mod tests {
         while stay.goes_on(0, 1) {
             stay.add(Spectrum::ONE, 0.5, |_| DVec2::ZERO);
         }
-        assert_eq!((stay.fluence[0], stay.pieces), (8.0, MOST_PIECES));
+        assert_eq!((stay.fluence[0], stay.pieces), (8.0, MAX_PIECES));
     }
 }

@@ -11,7 +11,7 @@ use eikonal::ray::Arc;
 use glam::{DVec2, DVec3};
 
 /// Maximum number of recorded steps, to limit memory.
-const MOST_STEPS: usize = 1000;
+const MAX_STEPS: usize = 1000;
 
 /// Points at which meters need modulations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -164,7 +164,7 @@ impl Tagging {
 
     /// Records a step; `step` receives the index of the next part.
     fn step(&mut self, step: impl FnOnce(usize) -> Step) {
-        if self.steps.len() == MOST_STEPS {
+        if self.steps.len() == MAX_STEPS {
             self.arrive();
         }
         self.steps.push(step(self.parts.len()));

@@ -59,7 +59,7 @@ impl Default for Scores {
 }
 
 impl Scores {
-    /// Adds a value of the particle to a slot, which must be below [`Tally::MOST_SLOTS`].
+    /// Adds a value of the particle to a slot, which must be below [`Tally::MAX_SLOTS`].
     #[inline]
     pub(crate) fn add(&mut self, slot: usize, value: f64) {
         self.add_both([slot, FREE as usize], [value, 0.0]);
@@ -194,7 +194,7 @@ pub struct Tally {
 
 impl Tally {
     /// Maximum number of slots.
-    pub(crate) const MOST_SLOTS: usize = u32::MAX as usize;
+    pub(crate) const MAX_SLOTS: usize = u32::MAX as usize;
 
     /// Creates an empty tally. Returns `None` if the system lacks the memory that the tally takes
     /// once particles have scored everywhere.

@@ -22,18 +22,18 @@ use std::ops::ControlFlow;
 
 /// Number of optical path lengths at which the pilot measures.
 const LEVELS: usize = 64;
-/// Number of particles of a round of the pilot, in tasks of [`TASK`].
+/// Number of particles of a round of the pilot, in tasks of [`PARTICLES_PER_TASK`].
 const PARTICLES: u64 = 512;
-const TASK: u64 = 64;
+const PARTICLES_PER_TASK: u64 = 64;
 /// Maximum number of rounds. Each round reaches about a hundredth of the light that the previous
 /// round reached, or less when there is little light.
-const ROUNDS: u64 = 12;
+const MAX_ROUNDS: u64 = 12;
 /// Effective number of particles that must reach a level in the pilot. Inaccurate fractions cause
 /// too many or too few particles, but no bias.
-const ENOUGH: f64 = 4.0;
+const MIN_EFFECTIVE_PARTICLES: f64 = 4.0;
 /// Smallest fraction of the emitted power, 90 dB below it, that a window represents. Gates with
 /// less light get fewer particles.
-const LEAST: f64 = 1e-9;
+const MIN_FRACTION: f64 = 1e-9;
 /// Seed of the pilot, unlike the seed of any plausible measurement.
 const SEED: u64 = 0x7769_6E64_6F77_0000;
 
@@ -52,7 +52,7 @@ impl Window {
     pub fn share(&self, optical_length: f64) -> f64 {
         let step = self.levels.index(optical_length.max(0.0));
         step.and_then(|step| self.shares.get(step))
-            .map_or(1.0, |share| share.clamp(LEAST, 1.0))
+            .map_or(1.0, |share| share.clamp(MIN_FRACTION, 1.0))
     }
 
     /// Runs the pilot of a setup's particles. Returns `None` if no meter uses windows.
@@ -69,7 +69,7 @@ impl Window {
             shares: vec![1.0; LEVELS],
         };
         // Measure the power in flight, using the window of the previous rounds.
-        for round in 0..ROUNDS {
+        for round in 0..MAX_ROUNDS {
             let pilot = Setup {
                 window: Some(window.clone()),
                 ..setup.clone()
@@ -88,35 +88,37 @@ impl Window {
     fn refine(&mut self, tally: &Tally, emitted: f64) -> bool {
         let (mut least, mut known) = (1.0, true);
         for (step, share) in self.shares.iter_mut().enumerate() {
-            known &= tally.effective(step) >= ENOUGH;
+            known &= tally.effective(step) >= MIN_EFFECTIVE_PARTICLES;
             if known {
-                least = (tally.mean(step) / emitted).clamp(LEAST, least);
+                least = (tally.mean(step) / emitted).clamp(MIN_FRACTION, least);
             }
             *share = least;
         }
-        known || least <= LEAST
+        known || least <= MIN_FRACTION
     }
 }
 
 impl Setup<'_> {
     /// Measures, with a few particles, the power in flight at each level.
     fn pilot_round(&self, levels: Bins, round: u64, stop: &Stop) -> Option<Tally> {
-        let tasks = (0..PARTICLES / TASK).into_par_iter().map(|task| {
-            let mut ws = Workspace::new(self.scene.tolerance());
-            ws.stop = stop.clone();
-            let mut scores = Scores::default();
-            for number in task * TASK..(task + 1) * TASK {
-                let mut sampler = Sampler::new(SEED + round, 0, number);
-                let mut pilot = Pilot {
-                    meters: self.meters,
-                    levels,
-                    scores: &mut scores,
-                };
-                self.follow(number, &mut pilot, &mut sampler, &mut ws);
-                scores.end_particle();
-            }
-            scores.finish()
-        });
+        let tasks = (0..PARTICLES / PARTICLES_PER_TASK)
+            .into_par_iter()
+            .map(|task| {
+                let mut ws = Workspace::new(self.scene.tolerance());
+                ws.stop = stop.clone();
+                let mut scores = Scores::default();
+                for number in task * PARTICLES_PER_TASK..(task + 1) * PARTICLES_PER_TASK {
+                    let mut sampler = Sampler::new(SEED + round, 0, number);
+                    let mut pilot = Pilot {
+                        meters: self.meters,
+                        levels,
+                        scores: &mut scores,
+                    };
+                    self.follow(number, &mut pilot, &mut sampler, &mut ws);
+                    scores.end_particle();
+                }
+                scores.finish()
+            });
         let mut tally = Tally::new(LEVELS)?;
         let tasks: Vec<TaskSums> = tasks.collect();
         tally.add(&tasks.iter().collect::<Vec<_>>(), PARTICLES);

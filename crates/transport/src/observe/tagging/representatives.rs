@@ -4,7 +4,7 @@
 use crate::Spectrum;
 
 /// Number of contributions per representative.
-const EACH: usize = 8;
+const CONTRIBUTIONS_PER_REPRESENTATIVE: usize = 8;
 
 /// Contribution that represents light of a layer.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,7 +25,10 @@ pub(crate) fn representatives(
     u: f64,
     mut see: impl FnMut(Representative),
 ) {
-    let count = contributions.clone().count().div_ceil(EACH);
+    let count = contributions
+        .clone()
+        .count()
+        .div_ceil(CONTRIBUTIONS_PER_REPRESENTATIVE);
     for channel in 0..channels {
         let light = contributions.clone().map(|(_, light)| light[channel]);
         let step = light.sum::<f64>() / count as f64;
@@ -63,7 +66,7 @@ mod tests {
             let contributions: Vec<_> = lights.iter().enumerate().map(spectrum).collect();
             const PLACES: usize = 40_000;
             // Two of the channels have light.
-            let expected_count = 2 * lights.len().div_ceil(EACH);
+            let expected_count = 2 * lights.len().div_ceil(CONTRIBUTIONS_PER_REPRESENTATIVE);
             let mut found = vec![Spectrum::ZERO; lights.len()];
             for place in 0..PLACES {
                 let u = (place as f64 + 0.5) / PLACES as f64;
@@ -91,7 +94,7 @@ mod tests {
 
     #[test]
     fn few_are_represented_by_one() {
-        for count in 1..=EACH {
+        for count in 1..=CONTRIBUTIONS_PER_REPRESENTATIVE {
             let contributions = vec![(0, Spectrum::ONE); count];
             let mut all = Vec::new();
             representatives(contributions.iter().copied(), 1, 0.5, |r| all.push(r));

@@ -10,7 +10,7 @@ use eikonal::ModulationQuadrature;
 use eikonal::field::{Modulation, SoundAmplitude};
 use glam::{DVec2, DVec3};
 
-const MOST_PLACES: usize = ModulationQuadrature::MAX_PLACES;
+const MAX_PLACES: usize = ModulationQuadrature::MAX_PLACES;
 
 /// Storage for positions, and for the sound at them.
 #[derive(Clone, Debug, Default)]
@@ -21,7 +21,7 @@ pub(crate) struct SoundAlong {
     /// Positions at which only values are needed, with the indices of the values.
     inner: Vec<(usize, DVec3)>,
     /// Values of each part, padded with zeros.
-    values: Vec<[DVec2; MOST_PLACES]>,
+    values: Vec<[DVec2; MAX_PLACES]>,
     parts: Vec<AskedPart>,
     turns: Vec<Turn>,
 }
@@ -141,7 +141,7 @@ impl SoundAlong {
             let (places, count) = quadrature.places(arc, range);
             // Planted error "values of the sound along all parts of a way given to the first", found by morgana-transport/transport::meters::sidebands::records_do_not_depend_on_what_else_is_asked:
             // let (known, first) = (self.inner.len(), 0 * self.parts.len());
-            let (known, first) = (self.inner.len(), MOST_PLACES * self.parts.len());
+            let (known, first) = (self.inner.len(), MAX_PLACES * self.parts.len());
             self.inner.extend((first..).zip(places));
             self.inner.truncate(known + count);
         }

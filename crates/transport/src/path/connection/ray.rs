@@ -14,7 +14,7 @@ use glam::DVec3;
 /// Limits below which two rays count as one branch: an angle in radians, and a multiple of the
 /// tolerance of rays. The larger limit applies, because the solver is no more accurate than the
 /// rays that it shoots. The limits also apply to the relative difference of optical path lengths.
-const SAME_WAY: (f64, f64) = (1e-4, 100.0);
+const SAME_BRANCH: (f64, f64) = (1e-4, 100.0);
 
 /// Slack at the end of a grazing ray, divided by the distance at which the ray misses its target.
 /// Within the slack, the ray may touch the surface on which it ends.
@@ -97,7 +97,7 @@ impl Connection {
 }
 
 fn same_angle(tolerance: Tolerance) -> f64 {
-    SAME_WAY.0.max(SAME_WAY.1 * tolerance.get())
+    SAME_BRANCH.0.max(SAME_BRANCH.1 * tolerance.get())
 }
 
 pub(super) fn same_way(tolerance: Tolerance, a: DVec3, b: DVec3) -> bool {

@@ -14,7 +14,7 @@ use eikonal::ray::Arc;
 use glam::DVec3;
 
 /// Largest number of index-matched boundaries on a line; sensible lines cross fewer.
-const MOST_CROSSINGS: usize = 20_000;
+const MAX_CROSSINGS: usize = 20_000;
 
 /// The line that connects a vertex with a target: from the vertex to a point, or from a plane to
 /// the vertex. The ends of the line are kept off the surfaces on which they lie.
@@ -137,7 +137,7 @@ impl Line {
             jump: 1.0,
             through: PartialTransmission::ALL,
         };
-        while parts.len() < MOST_CROSSINGS {
+        while parts.len() < MAX_CROSSINGS {
             // The end may be closer to the last boundary than the ray epsilon; the arc still needs
             // a direction.
             let rest = (self.to - x).dot(self.direction).max(scene.ray_epsilon());

@@ -10,14 +10,14 @@ use crate::path::segment::Start;
 
 /// Largest number of stored samples: enough for an estimate, and little memory where paths are
 /// long.
-const MOST: usize = 1 << 16;
+const MAX_SAMPLES: usize = 1 << 16;
 /// Smallest number of training samples in each half of a divided cell.
-const FEWEST: usize = 64;
+const MIN_SAMPLES: usize = 64;
 /// Largest number of successive divisions.
-const DIVISIONS: u32 = 8;
+const MAX_DIVISIONS: u32 = 8;
 /// Weight of the parent cell's mean in the mean of a cell, in training samples. Few samples alone
 /// may miss important paths. The root's mean is averaged with a mean for which v = 1.
-const DOUBT: f64 = 64.0;
+const PRIOR_SAMPLES: f64 = 64.0;
 
 /// Contribution and work of a path up to some moment.
 #[derive(Clone, Copy, Debug)]
@@ -49,7 +49,7 @@ impl AdjointTraining {
     /// Records a path that continues at the start of an edge with a throughput, summed over
     /// channels.
     pub fn depart(&mut self, start: &Start, throughput: f64, tally: PathTally) {
-        if self.all.len() < MOST {
+        if self.all.len() < MAX_SAMPLES {
             self.all.push(TrainingSample {
                 place: place(start),
                 throughput,
@@ -80,7 +80,7 @@ impl AdjointTraining {
             let own = Mean::of(&self.all);
             let square = worth * own.work;
             let mean = own.near(Mean { square, ..own }, self.all.len());
-            divide(&mut nodes, &mut self.all, mean, worth, DIVISIONS);
+            divide(&mut nodes, &mut self.all, mean, worth, MAX_DIVISIONS);
         }
         AdjointEstimate(nodes)
     }
@@ -105,9 +105,9 @@ impl Mean {
     }
 
     /// Returns the weighted average of this mean of `count` training samples and another mean,
-    /// which has the weight of [`DOUBT`] samples.
+    /// which has the weight of [`PRIOR_SAMPLES`] samples.
     fn near(self, other: Mean, count: usize) -> Self {
-        let doubt = DOUBT / (DOUBT + count as f64);
+        let doubt = PRIOR_SAMPLES / (PRIOR_SAMPLES + count as f64);
         Mean {
             square: self.square + (other.square - self.square) * doubt,
             work: self.work + (other.work - self.work) * doubt,
@@ -141,7 +141,7 @@ fn divide(
     let half = samples.len() / 2;
     let index = nodes.len();
     nodes.push(Node::Cell((mean.square / (worth * mean.work)).sqrt()));
-    if divisions == 0 || half < FEWEST {
+    if divisions == 0 || half < MIN_SAMPLES {
         return;
     }
     let costs: [f64; AXES] = std::array::from_fn(|axis| halved(samples, axis));

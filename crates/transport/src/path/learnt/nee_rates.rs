@@ -15,7 +15,7 @@ const LEVELS: usize = 7;
 const LEVELS_DELTA: usize = 3;
 /// Fraction of the variance that is attributed to connections of every kind, whatever the pilot
 /// found. Few samples may miss light that only connections find.
-const DOUBT: f64 = 0.01;
+const PRIOR_FRACTION: f64 = 0.01;
 
 /// The k < 7 of a rate 2⁻ᵏ for each kind of connections: from media and from surfaces, to each of
 /// [`Class::ALL`] except the last.
@@ -157,7 +157,7 @@ impl NeeTraining {
     /// weights of pixels.
     pub fn best(&self, work: f64, weights: &[f64]) -> NeeRates {
         let mut levels: Levels = [0; SLOTS];
-        let doubt = DOUBT * self.variance(&levels, weights);
+        let doubt = PRIOR_FRACTION * self.variance(&levels, weights);
         if !(doubt > 0.0 && work > 0.0) {
             return NeeRates::default();
         }

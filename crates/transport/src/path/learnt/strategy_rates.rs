@@ -8,9 +8,9 @@ use serde::{Deserialize, Serialize};
 const LEVELS: usize = 5;
 /// Fraction of the variance that is attributed to strategies of every kind, whatever the pilot
 /// found. Few samples may miss light that only one kind finds.
-const DOUBT: f64 = 0.01;
+const PRIOR_FRACTION: f64 = 0.01;
 /// Number of rounds of the search for the best rates; kinds influence each other.
-const ROUNDS: usize = 3;
+const SEARCH_ROUNDS: usize = 3;
 
 /// Kinds of strategies with s vertices from the emitter and t from the sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -155,7 +155,7 @@ impl StrategyTraining {
     /// Returns the rates with the least variance × work.
     pub fn best(&self) -> StrategyRates {
         let mut levels = [0; 4];
-        let doubt = DOUBT * self.variance(&StrategyRates::default());
+        let doubt = PRIOR_FRACTION * self.variance(&StrategyRates::default());
         if !(doubt > 0.0 && doubt.is_finite() && self.work > 0.0) {
             return StrategyRates::default();
         }
@@ -169,7 +169,7 @@ impl StrategyTraining {
             let rare: f64 = kinds.map(|kind| rates.of(kind).recip() - 1.0).iter().sum();
             (self.variance(&rates) + doubt * rare) * self.work_at(&rates)
         };
-        for place in (0..ROUNDS).flat_map(|_| 0..4) {
+        for place in (0..SEARCH_ROUNDS).flat_map(|_| 0..4) {
             let with = |level: usize| {
                 let mut levels = levels;
                 levels[place] = level;

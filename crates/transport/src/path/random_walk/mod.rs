@@ -288,7 +288,7 @@ impl<'a> RandomWalk<'a> {
             spans: O::KEEPS_SPANS || self.mode == TransportMode::Importance,
             parts: false,
             forced: false,
-            differentials: O::ASKS_FOR_GEOMETRY,
+            differentials: O::NEEDS_GEOMETRY,
             splitting: false,
         }
     }

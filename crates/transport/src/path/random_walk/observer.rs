@@ -21,7 +21,7 @@ pub trait Observer {
     const KEEPS_SPANS: bool = false;
 
     /// True if the observer reads the geometry terms of edges, which are 0 otherwise.
-    const ASKS_FOR_GEOMETRY: bool = false;
+    const NEEDS_GEOMETRY: bool = false;
 
     /// Receives an edge and the event at its end. Breaks if the walk can end.
     fn arrive(&mut self, event: &WalkEvent, ws: &mut Workspace) -> ControlFlow<()>;
@@ -120,7 +120,7 @@ impl<'e> WalkEvent<'e> {
 impl<A: Observer, B: Observer> Observer for (A, B) {
     const ALONG_SPANS: bool = A::ALONG_SPANS || B::ALONG_SPANS;
     const KEEPS_SPANS: bool = A::KEEPS_SPANS || B::KEEPS_SPANS;
-    const ASKS_FOR_GEOMETRY: bool = A::ASKS_FOR_GEOMETRY || B::ASKS_FOR_GEOMETRY;
+    const NEEDS_GEOMETRY: bool = A::NEEDS_GEOMETRY || B::NEEDS_GEOMETRY;
 
     fn arrive(&mut self, event: &WalkEvent, ws: &mut Workspace) -> ControlFlow<()> {
         let first = self.0.arrive(event, ws);
@@ -172,7 +172,7 @@ impl<A: Observer, B: Observer> Observer for (A, B) {
 impl<O: Observer> Observer for &mut O {
     const ALONG_SPANS: bool = O::ALONG_SPANS;
     const KEEPS_SPANS: bool = O::KEEPS_SPANS;
-    const ASKS_FOR_GEOMETRY: bool = O::ASKS_FOR_GEOMETRY;
+    const NEEDS_GEOMETRY: bool = O::NEEDS_GEOMETRY;
 
     fn arrive(&mut self, event: &WalkEvent, ws: &mut Workspace) -> ControlFlow<()> {
         (**self).arrive(event, ws)

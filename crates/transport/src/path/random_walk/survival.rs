@@ -27,7 +27,7 @@ pub(crate) struct Roulette {
 }
 
 /// Largest probability of survival in Russian roulette.
-const MOST_SURVIVAL: f64 = 0.95;
+const MAX_SURVIVAL: f64 = 0.95;
 
 impl Survival for Roulette {
     fn copies(
@@ -41,7 +41,7 @@ impl Survival for Roulette {
             return 0;
         }
         if depth >= self.rr_depth {
-            let survival = (throughput.max() / self.initial).min(MOST_SURVIVAL);
+            let survival = (throughput.max() / self.initial).min(MAX_SURVIVAL);
             if sampler.next_1d() >= survival {
                 return 0;
             }

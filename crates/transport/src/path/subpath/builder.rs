@@ -23,7 +23,7 @@ pub(super) struct SubpathBuilder<'t> {
 }
 
 impl Observer for SubpathBuilder<'_> {
-    const ASKS_FOR_GEOMETRY: bool = true;
+    const NEEDS_GEOMETRY: bool = true;
 
     fn arrive(&mut self, event: &WalkEvent, ws: &mut Workspace) -> ControlFlow<()> {
         let Some(vertex) = event.vertex else {

@@ -18,7 +18,7 @@ use smallvec::SmallVec;
 const SHIFT: [f64; 2] = R2_STEPS;
 /// Fraction of uniform choices in scenes that bend rays, where estimates along straight lines may
 /// be wrong.
-const EVENLY: f64 = 0.5;
+const UNIFORM_FRACTION: f64 = 0.5;
 
 /// Resampling of ends on emitters: the number of candidates, and the number of samples for MIS
 /// weights.
@@ -114,7 +114,7 @@ impl EndChoice<'_> {
         let evenly = if self.scene.is_straight() {
             0.0
         } else {
-            EVENLY
+            UNIFORM_FRACTION
         };
         let Chosen { index, probability } = choose(&guesses, evenly, u)?;
         Some(EmitterEnd {

@@ -5,7 +5,7 @@ use crate::path::segment::TransportMode;
 use crate::scene::Scene;
 
 /// Distance, relative to the radius of the scene, that limits the estimate for close points.
-const CLOSEST: f64 = 1e-3;
+const MIN_RELATIVE_DISTANCE: f64 = 1e-3;
 
 /// Estimates the contribution of a connection between a vertex of a sensor subpath and a vertex of
 /// an emitter's subpath. The estimate assumes a straight ray through a medium like the medium at
@@ -17,7 +17,10 @@ pub fn guess(scene: &Scene, z: &PathVertex, y: &PathVertex) -> f64 {
     if distance == 0.0 {
         return 0.0;
     }
-    let (direction, closest) = (chord / distance, CLOSEST * scene.around().radius);
+    let (direction, closest) = (
+        chord / distance,
+        MIN_RELATIVE_DISTANCE * scene.around().radius,
+    );
     let scattered = z.throughput
         * z.vertex.eval(scene, direction, TransportMode::Radiance)
         * y.vertex.eval(scene, -direction, TransportMode::Importance)

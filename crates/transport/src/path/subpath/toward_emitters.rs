@@ -8,7 +8,7 @@ use glam::DVec3;
 use std::f64::consts::PI;
 
 /// Fraction of the directions at a volume vertex that are sampled towards an emitter.
-const SHARE: f64 = 0.25;
+const EMITTER_FRACTION: f64 = 0.25;
 
 /// Returns the density per steradian of directions with uniform polar angle about `axis`.
 ///
@@ -48,7 +48,7 @@ pub(crate) fn scatter_pdf(scene: &Scene, vertex: &Vertex, direction: DVec3) -> f
         None => own,
         Some((x, emitters)) => {
             let all: f64 = emitters.iter().map(|&e| pdf(axis(x, e), direction)).sum();
-            (1.0 - SHARE) * own + SHARE * all / emitters.len() as f64
+            (1.0 - EMITTER_FRACTION) * own + EMITTER_FRACTION * all / emitters.len() as f64
         }
     }
 }
@@ -60,8 +60,8 @@ pub(crate) fn scatter(scene: &Scene, vertex: &Vertex, sampler: &mut Sampler) -> 
         return vertex.scatter(scene, TransportMode::Radiance, sampler);
     };
     let choice = sampler.next_1d_for(Purpose::Attraction);
-    let direction = if choice < SHARE {
-        let i = (choice / SHARE * emitters.len() as f64) as usize;
+    let direction = if choice < EMITTER_FRACTION {
+        let i = (choice / EMITTER_FRACTION * emitters.len() as f64) as usize;
         let emitter = emitters[i.min(emitters.len() - 1)];
         sample(axis(x, emitter), sampler.next_2d_for(Purpose::Direction))
     } else {

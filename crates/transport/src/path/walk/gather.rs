@@ -99,7 +99,7 @@ pub(crate) fn gather_in_view(
     let (mut start, mut throughput) = (start, Spectrum::ONE);
     let (mut depth, mut optical_length) = (0, 0.0);
     let mut passed: Vec<Edge> = Vec::new();
-    for _ in 0..SPECULAR_VERTICES {
+    for _ in 0..MAX_SPECULAR_VERTICES {
         let edge = gather_along(scene, start, channel_pdf, sampler, ws, |along, edge| {
             let along = EmittedAlong {
                 light: along.light * throughput,
@@ -130,7 +130,7 @@ pub(crate) fn gather_in_view(
 }
 
 /// Largest number of specular vertices along a view; sensible views pass fewer.
-const SPECULAR_VERTICES: u32 = 1000;
+const MAX_SPECULAR_VERTICES: u32 = 1000;
 
 /// A point on an edge within a volume.
 struct Place<'a> {

@@ -10,22 +10,22 @@ use std::ops::Range;
 
 /// Maximum number of bytes of sums that are kept at one time. It does not depend on the number of
 /// threads, so results do not depend on it, either.
-const SUMS: usize = 256 << 20;
+const MAX_SUM_BYTES: usize = 256 << 20;
 /// Maximum number of parts of a batch. Each part has its own sums.
-const MOST_PARTS: usize = 64;
+const MAX_PARTS: usize = 64;
 /// Number of parts that are computed in parallel, of one batch or of several, if they fit.
-const ABREAST: usize = 8;
+const PARALLEL_PARTS: usize = 8;
 /// Maximum number of additions per path: little work compared with following the path.
-const PER_PATH: usize = 512;
+const MAX_ADDITIONS_PER_PATH: usize = 512;
 /// Maximum number of batches. The spread of the batches gives the error.
-const BATCHES: u64 = 32;
+const MAX_BATCHES: u64 = 32;
 
 /// Checks that memory suffices for `numbers` derivatives, with their errors and all sums.
 pub(super) fn check_room(numbers: usize) -> Result<(), DerivativeError> {
     // Values, errors, moments and batches, and the sums of parts in addition.
     let all = numbers.saturating_mul(6);
     let mut room: Vec<f64> = Vec::new();
-    let found = room.try_reserve_exact(all.saturating_add(SUMS / size_of::<f64>()));
+    let found = room.try_reserve_exact(all.saturating_add(MAX_SUM_BYTES / size_of::<f64>()));
     found.map_err(|_| DerivativeError::Memory(numbers))
 }
 
@@ -75,14 +75,14 @@ impl Units {
         if self.count < 2 {
             return Err(DerivativeError::Samples(self.size));
         }
-        let each = self.count.div_ceil(BATCHES);
+        let each = self.count.div_ceil(MAX_BATCHES);
         let batches: Vec<Range<u64>> = (0..self.count)
             .step_by(each as usize)
             .map(|first| first..(first + each).min(self.count))
             .collect();
         let sums = self.sums;
         let parts = self.parts(each, batches.len());
-        let abreast = (ABREAST / parts).clamp(1, room(sums).max(1));
+        let abreast = (PARALLEL_PARTS / parts).clamp(1, room(sums).max(1));
         let mut moments = BatchMoments::new(self.values);
         let mut of_batch = vec![0.0; self.values];
         // Keep the sums from batch to batch: new memory costs more than paths do.
@@ -119,8 +119,8 @@ impl Units {
     fn parts(&self, replicates: u64, batches: usize) -> usize {
         let sums = self.sums;
         let paths = self.paths.saturating_mul((replicates * self.size) as usize);
-        let wanted = paths.saturating_mul(PER_PATH) / sums.max(1);
-        let wanted = wanted.clamp(ABREAST.div_ceil(batches), MOST_PARTS);
+        let wanted = paths.saturating_mul(MAX_ADDITIONS_PER_PATH) / sums.max(1);
+        let wanted = wanted.clamp(PARALLEL_PARTS.div_ceil(batches), MAX_PARTS);
         wanted.min(room(sums)).clamp(1, paths.max(1))
     }
 
@@ -134,9 +134,9 @@ impl Units {
     }
 }
 
-/// Returns the number of times that `sums` sums fit into [`SUMS`].
+/// Returns the number of times that `sums` sums fit into [`MAX_SUM_BYTES`].
 fn room(sums: usize) -> usize {
-    SUMS / (sums * size_of::<f64>()).max(1)
+    MAX_SUM_BYTES / (sums * size_of::<f64>()).max(1)
 }
 
 fn add(total: &mut [f64], part: &[f64]) {
@@ -172,9 +172,9 @@ pub(super) struct BatchMoments {
 }
 
 /// Fraction of the scatter above which one batch outweighs all others.
-const MOST_SHARE: f64 = 0.9;
+const MAX_SHARE: f64 = 0.9;
 /// Minimum number of batches for a test whether one batch outweighs all others.
-const LEAST_BATCHES: f64 = 16.0;
+const MIN_BATCHES: f64 = 16.0;
 
 impl BatchMoments {
     fn new(count: usize) -> Self {
@@ -222,12 +222,12 @@ impl BatchMoments {
     /// half of the total scatter must be affected; a few sums to which hardly any path adds do not
     /// matter.
     pub(super) fn is_dominated(&self, slots: Range<usize>) -> bool {
-        let outweighs = |slot: &usize| self.largest[*slot] > MOST_SHARE * self.squares[*slot];
+        let outweighs = |slot: &usize| self.largest[*slot] > MAX_SHARE * self.squares[*slot];
         let scatter = |slots: &mut dyn Iterator<Item = usize>| -> f64 {
             slots.map(|slot| self.squares[slot]).sum()
         };
         let all = scatter(&mut slots.clone());
-        self.batches >= LEAST_BATCHES && scatter(&mut slots.filter(outweighs)) > 0.5 * all
+        self.batches >= MIN_BATCHES && scatter(&mut slots.filter(outweighs)) > 0.5 * all
     }
 
     /// Returns the mean of a sum, and its standard error.

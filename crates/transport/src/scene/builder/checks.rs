@@ -9,7 +9,7 @@ use crate::volume::VolumeTexture;
 use eikonal::Shown;
 
 /// Largest number of pixels along a side of a film.
-const LARGEST_FILM: usize = 1 << 16;
+const MAX_FILM_SIDE: usize = 1 << 16;
 
 /// Problems found so far.
 #[derive(Debug, Default)]
@@ -46,8 +46,8 @@ impl Problems {
 
     pub(super) fn film(&mut self, film: &FilmSpec) {
         for (parameter, size) in [("width", film.width), ("height", film.height)] {
-            if !(1..=LARGEST_FILM).contains(&size) {
-                let message = format!("must be 1 to {LARGEST_FILM} pixels, but it is {size}");
+            if !(1..=MAX_FILM_SIDE).contains(&size) {
+                let message = format!("must be 1 to {MAX_FILM_SIDE} pixels, but it is {size}");
                 self.add("film".into(), Some(parameter), message);
             }
         }

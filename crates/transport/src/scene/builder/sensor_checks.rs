@@ -9,7 +9,7 @@ use glam::DVec3;
 const ROUNDING: f64 = 1e-9;
 /// Volume spanned by the axes of a map, relative to the product of their lengths, below which the
 /// axes lie in a plane.
-const FLAT: f64 = 1e-9;
+const MIN_VOLUME: f64 = 1e-9;
 
 impl Problems {
     /// Checks a sensor. Its film, or its part of the film, has the given ratio of width to height.
@@ -33,7 +33,7 @@ impl Problems {
         let map = sensor.to_world();
         let m = map.matrix3;
         let sides = [m.x_axis, m.y_axis, m.z_axis].map(DVec3::length);
-        let is_flat = m.determinant().abs() <= FLAT * sides.iter().product::<f64>();
+        let is_flat = m.determinant().abs() <= MIN_VOLUME * sides.iter().product::<f64>();
         if !map.is_finite() || is_flat {
             let message = "must be finite and invertible".into();
             self.add("sensor".into(), Some("to_world"), message);

@@ -10,7 +10,7 @@ use testkit::batches::moments;
 use testkit::z_test::{p_value, z_score};
 
 /// Smallest relative error that enters a weight, so that a few scenes do not dominate the mean.
-const FINEST: f64 = 0.02;
+const MIN_ERROR: f64 = 0.02;
 
 /// A mean deviation over scenes.
 pub struct Pooled {
@@ -56,7 +56,7 @@ pub fn pool(level: &str, rows: &[&Row]) -> Pooled {
             let (a, b) = (batches.split_at(half), reference.split_at(half));
             let halves = [deviation(a.0, b.0), deviation(a.1, b.1)];
             for (this, other) in [(halves[0], halves[1]), (halves[1], halves[0])] {
-                let weight = 1.0 / other.1.max(FINEST * FINEST);
+                let weight = 1.0 / other.1.max(MIN_ERROR * MIN_ERROR);
                 sum += weight * this.0;
                 variance += weight * weight * this.1;
                 weights += weight;

@@ -18,7 +18,7 @@ const RATE: f64 = 1e-3;
 const BATCHES: u64 = 16;
 /// Smallest fraction of light of a layer that is compared: the means of fainter layers are far from
 /// normal.
-const LEAST: f64 = 0.02;
+const MIN_SHARE: f64 = 0.02;
 /// Largest relative error of a layer; deviations of five times this error are found.
 const WORST: f64 = 0.06;
 
@@ -77,7 +77,7 @@ fn estimators_agree_in_every_bin() {
     let mut compared = 0.0;
     for (layer, reference) in means[2].iter().enumerate() {
         let m = moments(reference);
-        if m.mean() < LEAST * total {
+        if m.mean() < MIN_SHARE * total {
             continue;
         }
         compared += m.mean() / total;

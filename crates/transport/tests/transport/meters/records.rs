@@ -379,14 +379,14 @@ fn what_is_kept_does_not_depend_on_parts() {
 /// particles are kept. False alarms 10 · 2 · 6e-5.
 #[test]
 fn groups_of_channels_keep_records_of_the_same_particles() {
-    const MOST: usize = 500;
+    const MAX_RECORDS: usize = 500;
     let scene = |albedo| {
         let mut parts = ball(albedo, 0.6);
         parts.film.channels = 5;
         Scene::new(parts).unwrap()
     };
     let scenes = [scene(0.95), scene(0.3)];
-    let meters = [around(&ball(0.95, 0.6), MOST)];
+    let meters = [around(&ball(0.95, 0.6), MAX_RECORDS)];
     for seed in 0..10 {
         let mut state = MeasureState::new(&scenes, &meters).unwrap();
         let go_on = |_: &MeasureState| ControlFlow::Continue(());
@@ -397,7 +397,10 @@ fn groups_of_channels_keep_records_of_the_same_particles() {
         let measured = state.into_measurement(&scenes, &meters).unwrap();
         let (table, power) = (table(&measured), reading(&measured, 0, "power"));
         let records = table.particle.len();
-        assert!((MOST / 4..=MOST).contains(&records), "{records}");
+        assert!(
+            (MAX_RECORDS / 4..=MAX_RECORDS).contains(&records),
+            "{records}"
+        );
         assert!(table.particle.is_sorted() && table.weight.len() == 5 * records);
         let by_particle = table.particle.chunk_by(|a, b| a == b).count() as u64;
         assert!(by_particle <= table.particles);

@@ -200,20 +200,20 @@ fn estimators_find_the_same_sidebands() {
 
 /// Sidebands of many orders.
 fn many() -> Sidebands {
-    Sidebands::new(WAVELENGTH, Sidebands::MOST_ORDERS, 4).unwrap()
+    Sidebands::new(WAVELENGTH, Sidebands::MAX_ORDERS, 4).unwrap()
 }
 
 /// Asserts that all orders (`part` returns the orders, then the delays) add up to `total` and
 /// reproduce the correlations.
 fn add_up(total: f64, part: impl Fn(usize) -> f64, accuracy: f64) {
-    const MOST: usize = Sidebands::MOST_ORDERS as usize;
+    const HIGHEST_ORDER: usize = Sidebands::MAX_ORDERS as usize;
     for delay in 0..=4 {
         let turn = 0.25 * TAU * f64::from(delay) / 2.0;
         let of = |m: usize| 2.0 * part(m) * (m as f64 * turn).cos();
-        let sum = part(0) + (1..=MOST).map(of).sum::<f64>();
+        let sum = part(0) + (1..=HIGHEST_ORDER).map(of).sum::<f64>();
         let expected = match delay {
             0 => total,
-            _ => part(MOST + delay as usize),
+            _ => part(HIGHEST_ORDER + delay as usize),
         };
         let off = (sum - expected).abs();
         assert!(off < accuracy * total, "{sum} {expected}");
@@ -272,7 +272,7 @@ fn orders_are_all_light_of_layers() {
 /// Orders add up in voxels, to the rounding of sums, 2⁻³³ of the largest term each.
 #[test]
 fn orders_are_all_fluence() {
-    const MOST: usize = Sidebands::MOST_ORDERS as usize;
+    const HIGHEST_ORDER: usize = Sidebands::MAX_ORDERS as usize;
     for (_, parts) in cases() {
         let meters = [Estimator::TrackLength, Estimator::Collision]
             .map(|estimator| Meter::Fluence(voxels(estimator, many())));
@@ -285,8 +285,8 @@ fn orders_are_all_fluence() {
             assert!(total.iter().filter(|fluence| **fluence > 0.0).count() > cells / 2);
             for (cell, total) in total.iter().enumerate() {
                 let part = |part: usize| match part {
-                    0..=MOST => orders[part * cells + cell],
-                    _ => delays[(part - MOST - 1) * cells + cell],
+                    0..=HIGHEST_ORDER => orders[part * cells + cell],
+                    _ => delays[(part - HIGHEST_ORDER - 1) * cells + cell],
                 };
                 add_up(*total, part, 1e-8);
             }

@@ -11,7 +11,7 @@ use std::ops::ControlFlow;
 
 /// Cosine of arrival from behind a surface above which rays are not shot. The limit is far above
 /// the error of a crossing.
-const BEHIND: f64 = 1e-3;
+const MAX_BEHIND_COSINE: f64 = 1e-3;
 
 impl Search<'_> {
     /// Returns true if the deterministic starts lead to every ray that is searched for, because
@@ -102,7 +102,7 @@ impl Search<'_> {
                 let arrival = (position - ray.entry).try_normalize()?;
                 let place = self.vertex.start(self.scene, direction);
                 let (end_point, facing) = self.end_point(position, arrival);
-                if facing.is_some_and(|normal| normal.dot(arrival) > BEHIND) {
+                if facing.is_some_and(|normal| normal.dot(arrival) > MAX_BEHIND_COSINE) {
                     return None;
                 }
                 let start = InitialGuess {
@@ -170,7 +170,7 @@ impl Search<'_> {
                 );
                 let place = self.vertex.start(self.scene, direction);
                 let (end_point, facing) = self.end_point(position, arrival);
-                if facing.is_some_and(|normal| normal.dot(arrival) > BEHIND) {
+                if facing.is_some_and(|normal| normal.dot(arrival) > MAX_BEHIND_COSINE) {
                     return None;
                 }
                 let outer = if inside { end_point } else { place.x };
