@@ -8,7 +8,7 @@ use crate::error::{FileError, Problem};
 use crate::temporary::Temporary;
 
 /// Maximum length of a chain of symbolic links, as on Linux.
-const MOST_LINKS: usize = 40;
+const MAX_LINKS: usize = 40;
 
 /// Writes a file atomically.
 ///
@@ -74,7 +74,7 @@ fn target(path: &Path) -> Result<PathBuf, FileError> {
 /// Returns the end of a chain of symbolic links, at which no file exists.
 fn end_of_links(path: &Path) -> PathBuf {
     let mut place = path.to_owned();
-    for _ in 0..MOST_LINKS {
+    for _ in 0..MAX_LINKS {
         match fs::read_link(&place) {
             Ok(next) => place = place.with_file_name("").join(next),
             Err(_) => break,

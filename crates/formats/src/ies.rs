@@ -9,7 +9,7 @@ use crate::error::{FileError, Problem};
 use crate::input;
 
 /// Maximum size of a file, in bytes: a direction in each square degree takes a tenth of it.
-const LONGEST: usize = 4 << 20;
+const MAX_SIZE: usize = 4 << 20;
 
 /// Intensities over the directions around a luminaire.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,8 +39,8 @@ pub fn read(path: &Path) -> Result<Photometry, FileError> {
 ///
 /// As for [`read`].
 pub fn parse(bytes: &[u8]) -> Result<Photometry, Problem> {
-    if bytes.len() > LONGEST {
-        let message = format!("photometry of more than {LONGEST} bytes");
+    if bytes.len() > MAX_SIZE {
+        let message = format!("photometry of more than {MAX_SIZE} bytes");
         return Err(Problem::TooLarge(message));
     }
     // Decode leniently: names of manufacturers may have any encoding.

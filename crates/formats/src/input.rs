@@ -8,11 +8,11 @@ use std::time::SystemTime;
 use crate::error::{FileError, Problem};
 
 /// Amount of memory, in bytes, from which availability is checked before allocation.
-const LARGE: u64 = 256 << 20;
+const MIN_CHECKED_MEMORY: u64 = 256 << 20;
 
 /// Beginning and maximum length, in bytes, of Git LFS pointers: specification version 1.
 const POINTER: &[u8] = b"version https://git-lfs.github.com/spec";
-const LONGEST_POINTER: u64 = 1024;
+const MAX_POINTER_LENGTH: u64 = 1024;
 
 /// Limits of the memory for the contents of a file.
 ///
@@ -108,7 +108,7 @@ impl Budget {
 
 /// Checks that the system has the memory: a failed allocation later would end the program.
 fn available(needed: u64) -> Result<(), Problem> {
-    if needed < LARGE {
+    if needed < MIN_CHECKED_MEMORY {
         return Ok(());
     }
     let reserved = usize::try_from(needed).map(|n| Vec::<u8>::new().try_reserve_exact(n));
@@ -182,7 +182,7 @@ pub fn open(path: &Path) -> Result<(BufReader<File>, u64), FileError> {
         }
         let mut file = File::open(path).map_err(Problem::Read)?;
         let size = file.metadata().map_err(Problem::Read)?.len();
-        if size <= LONGEST_POINTER && is_pointer(&mut file).map_err(Problem::Read)? {
+        if size <= MAX_POINTER_LENGTH && is_pointer(&mut file).map_err(Problem::Read)? {
             return Err(Problem::LfsPointer);
         }
         Ok((BufReader::new(file), size))

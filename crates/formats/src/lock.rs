@@ -12,9 +12,9 @@ use std::path::{Path, PathBuf};
 use crate::temporary::PREFIX;
 
 /// Number of attempts to lock a file that others remove at the same time.
-const ATTEMPTS: usize = 100;
+const MAX_ATTEMPTS: usize = 100;
 /// Maximum length of the description of a process, in bytes.
-const LONGEST: u64 = 200;
+const MAX_DESCRIPTION_LENGTH: u64 = 200;
 
 /// Exclusive right to work on a file, until it is dropped.
 #[derive(Debug)]
@@ -47,7 +47,7 @@ impl Lock {
         let name = path.file_name().unwrap_or_default().as_encoded_bytes();
         let name = format!("{PREFIX}{}.lock", &blake3::hash(name).to_hex()[..16]);
         let path = path.with_file_name(name);
-        for _ in 0..ATTEMPTS {
+        for _ in 0..MAX_ATTEMPTS {
             let mut options = OpenOptions::new();
             let options = options.read(true).write(true).create(true).truncate(false);
             let mut file = options.open(&path)?;
@@ -90,7 +90,7 @@ fn holder(file: &mut File) -> String {
     let mut text = String::new();
     let read = file
         .rewind()
-        .and_then(|()| file.take(LONGEST).read_to_string(&mut text));
+        .and_then(|()| file.take(MAX_DESCRIPTION_LENGTH).read_to_string(&mut text));
     match read {
         Ok(n) if n > 0 => text,
         _ => "another process".to_owned(),

@@ -13,7 +13,7 @@ use crate::atomic;
 use crate::error::{FileError, Problem};
 
 /// Size of members, in bytes, from which they need the 64-bit extension, which must be announced.
-const LARGE: usize = 1 << 30;
+const MIN_ZIP64_SIZE: usize = 1 << 30;
 
 /// Archive during writing.
 pub struct Npz<'a>(ZipWriter<OneError<&'a mut BufWriter<File>>>);
@@ -42,7 +42,7 @@ impl Npz<'_> {
         let options = SimpleFileOptions::default()
             .compression_method(CompressionMethod::Stored)
             .last_modified_time(DateTime::default())
-            .large_file(bytes >= LARGE);
+            .large_file(bytes >= MIN_ZIP64_SIZE);
         (self.0.start_file(format!("{name}.npy"), options)).map_err(plain)?;
         Ok(&mut self.0)
     }

@@ -9,7 +9,7 @@ use crate::error::{FileError, Problem};
 use crate::input;
 
 /// Maximum size of a file, in bytes: ten thousand wavelengths take a hundredth of it.
-const LONGEST: usize = 16 << 20;
+const MAX_SIZE: usize = 16 << 20;
 
 /// Pairs of wavelength in nm and value.
 pub type Pairs = Vec<(f64, f64)>;
@@ -34,8 +34,8 @@ pub fn read(path: &Path) -> Result<Pairs, FileError> {
 ///
 /// As for [`read`], with the line, from 1.
 pub fn parse(bytes: &[u8]) -> Result<Pairs, (Option<usize>, Problem)> {
-    if bytes.len() > LONGEST {
-        let message = format!("a spectrum of more than {LONGEST} bytes");
+    if bytes.len() > MAX_SIZE {
+        let message = format!("a spectrum of more than {MAX_SIZE} bytes");
         return Err((None, Problem::TooLarge(message)));
     }
     let text = String::from_utf8_lossy(bytes);

@@ -6,7 +6,7 @@ use crate::input;
 use std::path::Path;
 
 /// Maximum size of a file, in bytes.
-const LONGEST: usize = 16 << 20;
+const MAX_SIZE: usize = 16 << 20;
 
 /// Reads the first two columns of a file.
 ///
@@ -21,8 +21,8 @@ pub fn read(path: &Path) -> Result<Vec<[f64; 2]>, FileError> {
 }
 
 fn parse(bytes: &[u8]) -> Result<Vec<[f64; 2]>, (Option<usize>, Problem)> {
-    if bytes.len() > LONGEST {
-        let message = format!("a table of more than {LONGEST} bytes");
+    if bytes.len() > MAX_SIZE {
+        let message = format!("a table of more than {MAX_SIZE} bytes");
         return Err((None, Problem::TooLarge(message)));
     }
     let text = String::from_utf8_lossy(bytes);

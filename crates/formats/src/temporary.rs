@@ -17,13 +17,13 @@ use std::time::Duration;
 pub(crate) const PREFIX: &str = ".morgana-";
 const SUFFIX: &str = ".tmp";
 /// Number of attempts to find a free name.
-const ATTEMPTS: usize = 100;
+const MAX_ATTEMPTS: usize = 100;
 /// Age up to which a temporary file is never removed, because its process may not have locked it
 /// yet.
-const YOUNG: Duration = Duration::from_secs(60);
+const MIN_AGE: Duration = Duration::from_secs(60);
 /// Age beyond which a temporary file is also removed if another machine created it, or if the
 /// system supports no locks.
-const OLD: Duration = Duration::from_secs(24 * 60 * 60);
+const MAX_AGE: Duration = Duration::from_secs(24 * 60 * 60);
 
 /// File that is removed unless it is renamed. It is locked during writing.
 pub(crate) struct Temporary {
@@ -39,7 +39,7 @@ impl Temporary {
             return Err(io::Error::other("it names no file"));
         }
         collect(target);
-        for _ in 0..ATTEMPTS {
+        for _ in 0..MAX_ATTEMPTS {
             let number = COUNTER.fetch_add(1, Ordering::Relaxed);
             let process = std::process::id();
             let name = format!("{PREFIX}{}-{process}-{number}{SUFFIX}", machine());
@@ -119,7 +119,7 @@ fn is_left(path: &Path, name: &str) -> bool {
     let is_ours = machine() != UNKNOWN && ours.split('-').next() == Some(machine());
     let age = fs::symlink_metadata(path).ok().filter(|m| m.is_file());
     let age = age.and_then(|m| m.modified().ok()?.elapsed().ok());
-    let Some(age) = age.filter(|age| *age > YOUNG && (is_ours || *age > OLD)) else {
+    let Some(age) = age.filter(|age| *age > MIN_AGE && (is_ours || *age > MAX_AGE)) else {
         return false;
     };
     // Open for writing: some systems lock only such files.
@@ -129,6 +129,6 @@ fn is_left(path: &Path, name: &str) -> bool {
     match file.try_lock() {
         Ok(()) => true,
         Err(TryLockError::WouldBlock) => false,
-        Err(TryLockError::Error(_)) => age > OLD,
+        Err(TryLockError::Error(_)) => age > MAX_AGE,
     }
 }

@@ -22,7 +22,7 @@ const SENSITIVITY: [&[(f64, f64)]; 3] = [
     &[(34.1, 0.04), (13.5, 0.025)],
 ];
 /// Parameter b of the widest Gaussian in [`SENSITIVITY`].
-const WIDEST: f64 = 0.04;
+const WIDEST_GAUSSIAN: f64 = 0.04;
 /// Exponent of differences of colour; `QF` is the exponent of differences of features.
 const QC: f64 = 0.7;
 const QF: f64 = 0.5;
@@ -118,7 +118,8 @@ impl Seen {
 
 /// Convolves with a sum of Gaussians a √(π/b) exp(−π² r²/b), r in degrees, of total weight 1.
 fn blur(values: &[f64], width: usize, gaussians: &[(f64, f64)]) -> Vec<f64> {
-    let radius = (3.0 * (WIDEST / (2.0 * PI * PI)).sqrt() * PIXELS_PER_DEGREE).ceil() as i32;
+    let radius =
+        (3.0 * (WIDEST_GAUSSIAN / (2.0 * PI * PI)).sqrt() * PIXELS_PER_DEGREE).ceil() as i32;
     let mut sum = vec![0.0; values.len()];
     let mut total = 0.0;
     for (a, b) in gaussians {

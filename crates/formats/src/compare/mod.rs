@@ -13,7 +13,7 @@ use crate::image::{ImageLayers, Layer};
 
 /// Fraction of the reference's mean that is added to its values, so that errors in dark regions
 /// stay finite.
-const DARK: f64 = 0.05;
+const OFFSET_FRACTION: f64 = 0.05;
 
 /// Differences of two images.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,7 +58,7 @@ pub fn compare(
         sum / (pairs.len() * image.width * image.height) as f64
     };
     let mse = mean(&|a, b| (a - b).powi(2));
-    let dark = DARK * mean(&|_, b| b.abs());
+    let dark = OFFSET_FRACTION * mean(&|_, b| b.abs());
     let relative = |a: f64, b: f64| {
         if a == b {
             0.0

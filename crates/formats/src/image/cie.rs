@@ -5,7 +5,7 @@ use crate::cie::{WHITE, matching, of_xyz};
 
 /// Smallest X, Y and Z of white, relative to the mean of their matching functions over the
 /// wavelengths. Below it, colours are undetermined.
-const LEAST: f64 = 1e-3;
+const MIN_WHITE: f64 = 1e-3;
 
 /// Returns the weights that convert radiances at some wavelengths (nm, in any order) to linear red,
 /// green and blue.
@@ -26,7 +26,7 @@ pub fn weights(wavelengths: &[f64]) -> Option<Vec<[f64; 3]>> {
         .collect();
     let white: [f64; 3] = std::array::from_fn(|c| xyz.iter().map(|v| v[c]).sum());
     let total: f64 = steps.iter().sum();
-    if wavelengths.len() < 2 || white.iter().any(|w| *w <= LEAST * total) {
+    if wavelengths.len() < 2 || white.iter().any(|w| *w <= MIN_WHITE * total) {
         return None;
     }
     let relative = |xyz: &[f64; 3]| std::array::from_fn(|c| xyz[c] / white[c] * WHITE[c]);

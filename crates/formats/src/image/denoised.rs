@@ -23,7 +23,7 @@ const COLOURS: [&str; 3] = ["R", "G", "B"];
 /// Attributes that apply only to the estimate.
 const OF_ESTIMATES: [&str; 1] = ["trust"];
 /// Number of standard errors above which noise hardly explains a difference.
-const FAR: f64 = 3.0;
+const MAX_DEVIATIONS: f64 = 3.0;
 
 /// Selection of an image's layers for denoising.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -345,7 +345,7 @@ impl Counts {
             return f32::NAN;
         };
         self.known += 1;
-        self.far += usize::from(z.abs() > FAR);
+        self.far += usize::from(z.abs() > MAX_DEVIATIONS);
         z as f32
     }
 

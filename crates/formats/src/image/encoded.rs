@@ -12,10 +12,10 @@ use crate::input::{self, Limits};
 
 /// Largest ratio of decompressed to compressed size. DEFLATE encodes at most 258 bytes in two bits
 /// (RFC 1951), and a byte may hold eight pixels. A file with a larger ratio is damaged.
-const MOST_COMPRESSION: u64 = 8 * 258 * 8 / 2;
+const MAX_COMPRESSION: u64 = 8 * 258 * 8 / 2;
 /// Memory for each pixel in addition to the file's own format, in bytes: three numbers of 16 bits,
 /// and three of 32 bits.
-const PIXEL: u64 = 18;
+const BYTES_PER_PIXEL: u64 = 18;
 
 /// Image format, and its name in messages.
 pub(super) type Named = (ImageFormat, &'static str);
@@ -48,11 +48,11 @@ pub(super) fn decode(
     let size = bytes.len() as u64;
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     let mut allowed = image::Limits::default();
-    allowed.max_alloc = Some((MOST_COMPRESSION * size).min(limits.most(size)));
+    allowed.max_alloc = Some((MAX_COMPRESSION * size).min(limits.most(size)));
     reader.limits(allowed);
     let decoder = reader.into_decoder().map_err(wrong)?;
     let (width, height) = decoder.dimensions();
-    let pixel = PIXEL + u64::from(decoder.color_type().bytes_per_pixel());
+    let pixel = BYTES_PER_PIXEL + u64::from(decoder.color_type().bytes_per_pixel());
     limits.check(u64::from(width) * u64::from(height), pixel, size)?;
     let image = DynamicImage::from_decoder(decoder).map_err(wrong)?;
     let (width, height) = (image.width() as usize, image.height() as usize);

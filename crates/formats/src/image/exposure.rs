@@ -15,16 +15,16 @@ pub enum Exposure {
 
 /// Fraction of the lit pixels below the bright level. A few outliers, or a small light, have no
 /// effect on the level.
-const BRIGHT: f64 = 0.99;
+const BRIGHT_FRACTION: f64 = 0.99;
 /// Range of luminances of the bright level. Within the range, an image is neither dark nor
 /// overexposed.
 const LEVELS: [f64; 2] = [0.5, 1.0];
 /// Smallest luminance of the median lit pixel after darkening. A large light in view then does not
 /// make the rest of the image black.
-const DARK: f64 = 0.1;
+const MIN_MEDIAN: f64 = 0.1;
 /// Number of exposure steps per stop. Rounding makes exposures of equal scenes with different noise
 /// equal.
-const STEPS: f64 = 4.0;
+const STEPS_PER_STOP: f64 = 4.0;
 
 /// Weights of linear red, green and blue of ITU-R BT.709 in luminance.
 const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
@@ -60,18 +60,19 @@ impl Exposure {
         };
         let lit = pixels.map(luminance).filter(|l| *l > 0.0);
         let mut lit: Vec<f32> = lit.map(|l| l.min(f32::MAX)).collect();
-        let (Some(bright), Some(median)) = (quantile(&mut lit, BRIGHT), quantile(&mut lit, 0.5))
+        let (Some(bright), Some(median)) =
+            (quantile(&mut lit, BRIGHT_FRACTION), quantile(&mut lit, 0.5))
         else {
             return 0.0;
         };
         let stops_to = |level: f64, from: f64| (level / from).log2();
         let [least, most] = LEVELS;
         if bright < least {
-            (stops_to(least, bright) * STEPS).ceil() / STEPS
+            (stops_to(least, bright) * STEPS_PER_STOP).ceil() / STEPS_PER_STOP
         } else if bright > most {
-            let limit = stops_to(DARK, median).min(0.0);
-            let stops = (stops_to(most, bright) * STEPS).floor() / STEPS;
-            stops.max((limit * STEPS).ceil() / STEPS)
+            let limit = stops_to(MIN_MEDIAN, median).min(0.0);
+            let stops = (stops_to(most, bright) * STEPS_PER_STOP).floor() / STEPS_PER_STOP;
+            stops.max((limit * STEPS_PER_STOP).ceil() / STEPS_PER_STOP)
         } else {
             0.0
         }

@@ -27,7 +27,7 @@ use crate::input::{self, Limits};
 /// Maximum memory for each sample while reading, in bytes. A sample exists in the file's format, in
 /// this crate's format, and in a block before and after unpacking. The block may be the whole
 /// image.
-const SAMPLE: u64 = 16;
+const BYTES_PER_SAMPLE: u64 = 16;
 /// Maximum length of the name of a channel or an attribute in the format, in bytes.
 const MAX_NAME: usize = 255;
 
@@ -279,7 +279,7 @@ fn decode_from(
     limits: Limits,
 ) -> Result<ImageLayers, Problem> {
     let metadata = MetaData::read_from_buffered(&mut reader, false).map_err(describe)?;
-    limits.check(samples(&metadata)?, SAMPLE, size)?;
+    limits.check(samples(&metadata)?, BYTES_PER_SAMPLE, size)?;
     reader.rewind().map_err(Problem::Read)?;
     let image = exr::prelude::read()
         .no_deep_data()

@@ -8,13 +8,13 @@ use std::ops::Range;
 const START: usize = 8;
 
 /// Number of bytes at the beginning of a file in which the header is searched first.
-const FIRST: u64 = 1 << 16;
+const FIRST_SEARCHED_BYTES: u64 = 1 << 16;
 
 /// Sorts the attributes of a file with one part, which is open for reading, too.
 pub(super) fn sort_in_file(writer: &mut BufWriter<File>) -> io::Result<()> {
     writer.flush()?;
     let file = writer.get_mut();
-    let mut size = FIRST;
+    let mut size = FIRST_SEARCHED_BYTES;
     loop {
         file.rewind()?;
         let mut bytes = Vec::new();

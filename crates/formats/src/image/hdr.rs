@@ -11,10 +11,10 @@ use crate::error::{FileError, Problem};
 use crate::input::{self, Limits};
 
 /// Memory for each pixel, in bytes: three numbers of 32 bits, in the decoder and here.
-const PIXEL: u64 = 24;
+const BYTES_PER_PIXEL: u64 = 24;
 /// Largest number of pixels per byte: a run of 127 numbers takes two bytes, and a pixel has four
 /// numbers.
-const MOST_COMPRESSION: u64 = 127 / 8 + 1;
+const MAX_COMPRESSION: u64 = 127 / 8 + 1;
 
 /// Reads an image.
 ///
@@ -48,10 +48,10 @@ pub fn decode_within(bytes: &[u8], limits: Limits) -> Result<RgbImage, Problem> 
     if pixels == 0 {
         return Err(Problem::Empty("the image has no pixels".to_owned()));
     }
-    if pixels > MOST_COMPRESSION * size {
+    if pixels > MAX_COMPRESSION * size {
         return Err(wrong(format!("{width} x {height} pixels in {size} bytes")));
     }
-    limits.check(pixels, PIXEL, size)?;
+    limits.check(pixels, BYTES_PER_PIXEL, size)?;
     let image = DynamicImage::from_decoder(decoder).map_err(failed)?;
     Ok(RgbImage {
         width: width as usize,

@@ -93,12 +93,12 @@ pub fn decode_within(bytes: &[u8], limits: Limits) -> Result<RgbImage, Problem> 
 }
 
 /// Maximum length of a word in a header, in bytes.
-const LONGEST: usize = 40;
+const MAX_WORD_LENGTH: usize = 40;
 
 /// Returns the next word of a header, which a single blank ends.
 fn word<'b>(rest: &mut &'b [u8]) -> Option<&'b str> {
     *rest = rest.trim_ascii_start();
-    let near = &rest[..rest.len().min(LONGEST)];
+    let near = &rest[..rest.len().min(MAX_WORD_LENGTH)];
     let end = near.iter().position(u8::is_ascii_whitespace)?;
     let word = std::str::from_utf8(&rest[..end]).ok();
     *rest = &rest[end + 1..];

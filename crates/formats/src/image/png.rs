@@ -170,7 +170,7 @@ pub(super) fn read_untoned(path: &Path, limits: Limits) -> Result<RgbImage, File
 }
 
 /// Largest accepted exposure, in stops: larger exposures exceed single precision.
-const MOST_STOPS: f64 = 100.0;
+const MAX_STOPS: f64 = 100.0;
 
 /// Returns the tone of a file, from its [texts].
 fn tone(bytes: &[u8]) -> Tone {
@@ -188,7 +188,7 @@ fn tone(bytes: &[u8]) -> Tone {
     let curve = curve.and_then(|name| curves.clone().find(|(known, _)| *known == name));
     Tone {
         exposure: exposure
-            .filter(|stops: &f64| stops.abs() <= MOST_STOPS)
+            .filter(|stops: &f64| stops.abs() <= MAX_STOPS)
             .unwrap_or(0.0),
         curve: curve.map_or(Curve::default(), |(_, curve)| *curve),
     }

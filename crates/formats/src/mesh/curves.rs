@@ -40,7 +40,7 @@ impl Fineness {
 
     /// Returns the fineness for a number of pieces.
     fn of(pieces: usize) -> Self {
-        if pieces <= MOST_FINE {
+        if pieces <= MAX_FINE_PIECES {
             Self::FINE
         } else {
             Self::COARSE
@@ -56,12 +56,13 @@ impl Fineness {
 }
 
 /// Maximum number of pieces that are divided finely.
-const MOST_FINE: usize = 10_000;
+const MAX_FINE_PIECES: usize = 10_000;
 /// Maximum memory per control point while the pieces of a curve are made, in bytes.
-const POINT: u64 = 2_000;
-/// Minimum number of control points of a spline; `LINE` is the minimum for straight pieces.
-const SPLINE: usize = 4;
-const LINE: usize = 2;
+const BYTES_PER_POINT: u64 = 2_000;
+/// Minimum number of control points of a spline; `MIN_LINE_POINTS` is the minimum for straight
+/// pieces.
+const MIN_SPLINE_POINTS: usize = 4;
+const MIN_LINE_POINTS: usize = 2;
 
 /// Reads curves: a control point per line, x, y, z and radius; empty lines separate curves.
 ///
@@ -88,7 +89,7 @@ pub fn parse(
     limits: Limits,
 ) -> Result<Vec<Vec<ControlPoint>>, (Problem, Option<usize>)> {
     let text = String::from_utf8_lossy(bytes);
-    let most = limits.most(bytes.len() as u64) / POINT;
+    let most = limits.most(bytes.len() as u64) / BYTES_PER_POINT;
     let mut curves: Vec<Vec<ControlPoint>> = Vec::new();
     let (mut count, mut is_new) = (0, true);
     for (index, line) in text.lines().enumerate() {
@@ -147,22 +148,22 @@ pub fn moved(mut curves: Vec<Vec<ControlPoint>>, map: DAffine3) -> Vec<Vec<Contr
 ///
 /// A curve with fewer than four points.
 pub fn splines(curves: &[Vec<ControlPoint>]) -> Result<MeshData, Problem> {
-    check(curves, SPLINE)?;
-    let fineness = Fineness::of(pieces(curves, SPLINE));
+    check(curves, MIN_SPLINE_POINTS)?;
+    let fineness = Fineness::of(pieces(curves, MIN_SPLINE_POINTS));
     let mut mesh = MeshData {
         uvs: Some(Vec::new()),
         normals: Some(Vec::new()),
         ..MeshData::default()
     };
-    let (mut done, total) = (0, pieces(curves, SPLINE) as f64);
+    let (mut done, total) = (0, pieces(curves, MIN_SPLINE_POINTS) as f64);
     for curve in curves {
-        let pieces = curve.len() + 1 - SPLINE;
+        let pieces = curve.len() + 1 - MIN_SPLINE_POINTS;
         let stops = pieces * fineness.steps;
         let mut side = None;
         let rings = (0..=stops).map(|k| {
             let piece = (k / fineness.steps).min(pieces - 1);
             let t = k as f64 / fineness.steps as f64 - piece as f64;
-            let (point, tangent, taper) = on_spline(&curve[piece..piece + SPLINE], t);
+            let (point, tangent, taper) = on_spline(&curve[piece..piece + MIN_SPLINE_POINTS], t);
             let across = across(tangent, side);
             side = Some(across);
             Ring {
@@ -185,15 +186,17 @@ pub fn splines(curves: &[Vec<ControlPoint>]) -> Result<MeshData, Problem> {
 ///
 /// A curve with fewer than two points.
 pub fn lines(curves: &[Vec<ControlPoint>]) -> Result<MeshData, Problem> {
-    check(curves, LINE)?;
-    let fineness = Fineness::of(pieces(curves, LINE));
+    check(curves, MIN_LINE_POINTS)?;
+    let fineness = Fineness::of(pieces(curves, MIN_LINE_POINTS));
     let mut mesh = MeshData {
         uvs: Some(Vec::new()),
         normals: Some(Vec::new()),
         ..MeshData::default()
     };
-    let total = pieces(curves, LINE) as f64;
-    let lines = curves.iter().flat_map(|curve| curve.windows(LINE));
+    let total = pieces(curves, MIN_LINE_POINTS) as f64;
+    let lines = curves
+        .iter()
+        .flat_map(|curve| curve.windows(MIN_LINE_POINTS));
     for (k, ends) in lines.enumerate() {
         let v = [k, k + 1].map(|k| k as f64 / total);
         swept([ends[0], ends[1]], v, &mut mesh, fineness);

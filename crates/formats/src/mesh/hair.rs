@@ -11,7 +11,7 @@ use crate::input::{self, Limits};
 /// Beginning of binary files.
 const MAGIC: &[u8] = b"BINARY_HAIR";
 /// Maximum memory for a point while its piece of a tube is made, in bytes.
-const POINT: u64 = 2_000;
+const BYTES_PER_POINT: u64 = 2_000;
 
 /// Points of strands, strand after strand.
 struct Strands {
@@ -46,7 +46,7 @@ pub fn parse(bytes: &[u8], limits: Limits) -> Result<Vec<Vec<DVec3>>, (Problem, 
     let mut strands = Strands {
         strands: Vec::new(),
         count: 0,
-        most: limits.most(bytes.len() as u64) / POINT,
+        most: limits.most(bytes.len() as u64) / BYTES_PER_POINT,
     };
     match bytes.strip_prefix(MAGIC) {
         Some(rest) => binary(rest, &mut strands).map_err(|problem| (problem, None))?,

@@ -15,10 +15,10 @@ use std::collections::BTreeMap;
 /// signal processing approach to fair surface design", SIGGRAPH 1995).
 const SHARES: [f64; 2] = [0.6, -0.61];
 /// Number of repetitions of the two alternating smoothing steps.
-const TURNS: usize = 30;
+const SMOOTHING_ROUNDS: usize = 30;
 /// Largest distance of a vertex from its corner, in voxels along each axis: less than half, so that
 /// triangles keep an area.
-const REACH: f64 = 0.49;
+const MAX_DISPLACEMENT: f64 = 0.49;
 
 /// Division of a volume into parts.
 #[derive(Clone, Copy, Debug)]
@@ -145,7 +145,7 @@ impl Division<'_> {
             .collect();
         let homes: Vec<DVec3> = corners.iter().map(|c| self.corner(*c)).collect();
         let mut places = homes.clone();
-        for share in SHARES.into_iter().cycle().take(2 * TURNS) {
+        for share in SHARES.into_iter().cycle().take(2 * SMOOTHING_ROUNDS) {
             let moved = links
                 .iter()
                 .zip(&homes)
@@ -167,7 +167,7 @@ impl Division<'_> {
             if home == 0.0 || home == last {
                 home
             } else {
-                place.clamp(home - REACH, home + REACH)
+                place.clamp(home - MAX_DISPLACEMENT, home + MAX_DISPLACEMENT)
             }
         };
         DVec3::new(

@@ -15,11 +15,11 @@ use crate::input::{self, Limits};
 
 /// Maximum memory while reading, in bytes: for a position, a texture coordinate, a normal, a vertex
 /// and a triangle.
-const POSITION: u64 = 80;
-const UV: u64 = 32;
-const NORMAL: u64 = 48;
-const VERTEX: u64 = 240;
-const TRIANGLE: u64 = 24;
+const BYTES_PER_POSITION: u64 = 80;
+const BYTES_PER_UV: u64 = 32;
+const BYTES_PER_NORMAL: u64 = 48;
+const BYTES_PER_VERTEX: u64 = 240;
+const BYTES_PER_TRIANGLE: u64 = 24;
 
 /// Reads a mesh from all objects of a file.
 ///
@@ -137,11 +137,11 @@ impl Reader {
 
     /// Checks that the memory is within the limit, including `more` triangles.
     fn check(&self, more: usize) -> Result<(), Problem> {
-        let taken = self.positions.len() as u64 * POSITION
-            + self.uvs.len() as u64 * UV
-            + self.normals.len() as u64 * NORMAL
-            + self.vertices.len() as u64 * VERTEX
-            + (self.triangles.len() + more) as u64 * TRIANGLE;
+        let taken = self.positions.len() as u64 * BYTES_PER_POSITION
+            + self.uvs.len() as u64 * BYTES_PER_UV
+            + self.normals.len() as u64 * BYTES_PER_NORMAL
+            + self.vertices.len() as u64 * BYTES_PER_VERTEX
+            + (self.triangles.len() + more) as u64 * BYTES_PER_TRIANGLE;
         if taken <= self.most {
             Ok(())
         } else {

@@ -125,7 +125,7 @@ fn check_header(header: &Header, size: u64, limits: Limits) -> Result<(), Proble
     }
     let elements = header.elements.values();
     let bytes = elements.map(|e| {
-        let each = ELEMENT + OTHER * others(e).len() as u64;
+        let each = BYTES_PER_ELEMENT + BYTES_PER_PROPERTY * others(e).len() as u64;
         (e.count as u64).saturating_mul(each)
     });
     limits.check(bytes.fold(0, u64::saturating_add), 1, size)?;
@@ -290,8 +290,11 @@ impl Faces {
     /// Returns the memory for faces with a total of `corners` corners, in bytes.
     fn bytes(&self, corners: u64) -> u64 {
         match self.wedges {
-            Some(_) => corners * (CORNER + wedges::CORNER) + self.vertices as u64 * wedges::VERTEX,
-            None => corners * CORNER,
+            Some(_) => {
+                corners * (BYTES_PER_CORNER + wedges::BYTES_PER_CORNER)
+                    + self.vertices as u64 * wedges::BYTES_PER_VERTEX
+            }
+            None => corners * BYTES_PER_CORNER,
         }
     }
 
@@ -348,12 +351,12 @@ impl Faces {
     }
 }
 
-/// Maximum memory while reading, in bytes. `ELEMENT` is for a vertex or a face without its corners
-/// and other properties. `OTHER` is for each other property with its part of an attribute, and
-/// `CORNER` for each corner.
-const ELEMENT: u64 = 96;
-const OTHER: u64 = 24;
-const CORNER: u64 = 32;
+/// Maximum memory while reading, in bytes. `BYTES_PER_ELEMENT` is for a vertex or a face without
+/// its corners and other properties. `BYTES_PER_PROPERTY` is for each other property with its part
+/// of an attribute, and `BYTES_PER_CORNER` for each corner.
+const BYTES_PER_ELEMENT: u64 = 96;
+const BYTES_PER_PROPERTY: u64 = 24;
+const BYTES_PER_CORNER: u64 = 32;
 
 /// Names of the list of a face's vertices.
 const FACE_LISTS: [&str; 2] = ["vertex_indices", "vertex_index"];

@@ -16,11 +16,11 @@ use crate::input::{self, Limits};
 /// First two bytes of every mesh.
 const MAGIC: u16 = 0x041c;
 /// Maximum length of the name of a mesh, in bytes.
-const LONGEST_NAME: usize = 1 << 16;
+const MAX_NAME_LENGTH: usize = 1 << 16;
 
 /// Maximum memory for a vertex and for a triangle while reading, in bytes.
-const VERTEX: u64 = 176;
-const TRIANGLE: u64 = 64;
+const BYTES_PER_VERTEX: u64 = 176;
+const BYTES_PER_TRIANGLE: u64 = 64;
 
 /// Flags for data of a mesh in addition to positions and triangles, and for double precision.
 const NORMALS: u32 = 0x0001;
@@ -117,8 +117,8 @@ impl Reader<'_> {
             return Err(Problem::TooLarge("more than 2^32 vertices".into()));
         }
         let needed = vertices
-            .saturating_mul(VERTEX)
-            .saturating_add(triangles.saturating_mul(TRIANGLE));
+            .saturating_mul(BYTES_PER_VERTEX)
+            .saturating_add(triangles.saturating_mul(BYTES_PER_TRIANGLE));
         self.limits.check(needed, 1, self.size)?;
         let element = match flags & DOUBLE {
             0 => Element::F32,
@@ -147,7 +147,7 @@ impl Reader<'_> {
     }
 
     fn pass_name(&mut self) -> Result<(), Problem> {
-        for _ in 0..LONGEST_NAME {
+        for _ in 0..MAX_NAME_LENGTH {
             if self.chunk()? == [0] {
                 return Ok(());
             }

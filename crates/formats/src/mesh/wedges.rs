@@ -4,8 +4,8 @@ use super::MeshData;
 use std::collections::HashMap;
 
 /// Maximum memory for a vertex, and for a corner, while vertices are split, in bytes.
-pub(super) const VERTEX: u64 = 32;
-pub(super) const CORNER: u64 = 320;
+pub(super) const BYTES_PER_VERTEX: u64 = 32;
+pub(super) const BYTES_PER_CORNER: u64 = 320;
 
 /// Texture coordinates of corners without any, until all corners are known.
 const NONE: [f64; 2] = [f64::NAN; 2];

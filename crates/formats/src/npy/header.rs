@@ -7,7 +7,7 @@ use crate::error::Problem;
 
 const MAGIC: &[u8; 6] = b"\x93NUMPY";
 /// Longest accepted header, in bytes; NumPy's own limit.
-const LIMIT: u64 = 10_000;
+const MAX_HEADER_SIZE: u64 = 10_000;
 /// Largest number of axes of an array; NumPy's own limit.
 const MAX_AXES: usize = 32;
 /// Alignment to which the size of the header is padded, in bytes.
@@ -97,7 +97,7 @@ impl NpyHeader {
             }
             other => return Err(Problem::Unsupported(format!("NPY version {other}"))),
         };
-        if length > LIMIT {
+        if length > MAX_HEADER_SIZE {
             return Err(Problem::TooLarge(format!("a header of {length} bytes")));
         }
         let mut text = vec![0; length as usize];

@@ -16,11 +16,11 @@ use crate::error::{FileError, Problem};
 use crate::input::{self, Limits};
 
 /// Size of the header of NIfTI-1, in bytes.
-const FIRST: usize = 348;
+const NIFTI_1_HEADER: usize = 348;
 /// Size of the header of NIfTI-2, in bytes.
-const SECOND: usize = 540;
+const NIFTI_2_HEADER: usize = 540;
 /// Maximum number of bytes between the header and the values. Extensions there are skipped.
-const MOST_SKIPPED: u64 = 1 << 30;
+const MAX_SKIPPED: u64 = 1 << 30;
 
 /// Reads a volume. Its position comes from `sform`, else from `qform`, else from the sizes of
 /// voxels, starting at the origin. A fourth axis contains the channels; further axes of length 1
@@ -162,7 +162,7 @@ impl Header {
         let read = fields.bytes.len() as u64;
         // Skip four bytes that indicate whether there are extensions.
         let start = u64::try_from(start).unwrap_or(0).max(read + 4);
-        if start - read > MOST_SKIPPED {
+        if start - read > MAX_SKIPPED {
             return Err(Problem::Malformed(format!(
                 "its values begin at byte {start}"
             )));
@@ -206,19 +206,24 @@ impl Header {
 
 impl Fields {
     fn read(reader: &mut impl Read) -> Result<Self, Problem> {
-        let mut bytes = vec![0; FIRST];
+        let mut bytes = vec![0; NIFTI_1_HEADER];
         reader.read_exact(&mut bytes).map_err(short)?;
         let size = [bytes[0], bytes[1], bytes[2], bytes[3]];
         let sizes = [i32::from_le_bytes(size), i32::from_be_bytes(size)].map(|n| n as usize);
-        let Some(k) = sizes.iter().position(|n| [FIRST, SECOND].contains(n)) else {
+        let Some(k) = sizes
+            .iter()
+            .position(|n| [NIFTI_1_HEADER, NIFTI_2_HEADER].contains(n))
+        else {
             return Err(bad(
                 "it does not begin with the size of its header, 348 or 540",
             ));
         };
-        let (big, second) = (k == 1, sizes[k] == SECOND);
+        let (big, second) = (k == 1, sizes[k] == NIFTI_2_HEADER);
         if second {
-            bytes.resize(SECOND, 0);
-            reader.read_exact(&mut bytes[FIRST..]).map_err(short)?;
+            bytes.resize(NIFTI_2_HEADER, 0);
+            reader
+                .read_exact(&mut bytes[NIFTI_1_HEADER..])
+                .map_err(short)?;
         }
         let magic = if second {
             &bytes[4..8]

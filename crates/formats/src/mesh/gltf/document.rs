@@ -12,7 +12,7 @@ use crate::error::Problem;
 use crate::input::Limits;
 
 /// Maximum memory for a JSON value with its name, in bytes.
-const VALUE: u64 = 128;
+const BYTES_PER_VALUE: u64 = 128;
 
 /// File with its buffers.
 pub(super) struct Document<'a> {
@@ -32,7 +32,7 @@ impl<'a> Document<'a> {
         limits: Limits,
     ) -> Result<Self, Problem> {
         let (text, binary) = parts(bytes)?;
-        limits.check(values(text), VALUE, bytes.len() as u64)?;
+        limits.check(values(text), BYTES_PER_VALUE, bytes.len() as u64)?;
         let json: Value = serde_json::from_slice(text).map_err(|e| wrong(e.to_string()))?;
         let no_version = || wrong("it does not state its version (asset.version)");
         let version = json["asset"]["version"].as_str().ok_or_else(no_version)?;
@@ -141,7 +141,7 @@ fn values(text: &[u8]) -> u64 {
 pub(super) fn data_files(bytes: &[u8], limits: Limits) -> Vec<String> {
     let text = parts(bytes).map_or(&[][..], |(text, _)| text);
     if limits
-        .check(values(text), VALUE, bytes.len() as u64)
+        .check(values(text), BYTES_PER_VALUE, bytes.len() as u64)
         .is_err()
     {
         return Vec::new();

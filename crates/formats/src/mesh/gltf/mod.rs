@@ -20,10 +20,10 @@ use document::{Document, index, list, numbers};
 
 /// Maximum number of triangles of a file. Nodes may repeat a mesh many times, so a small file may
 /// have many triangles.
-const MOST_TRIANGLES: u64 = 100_000_000;
+const MAX_TRIANGLES: u64 = 100_000_000;
 /// Maximum memory for a vertex and for a triangle while reading, in bytes.
-const VERTEX: u64 = 208;
-const TRIANGLE: u64 = 40;
+const BYTES_PER_VERTEX: u64 = 208;
+const BYTES_PER_TRIANGLE: u64 = 40;
 /// Modes of primitives; smaller modes are points and lines.
 const TRIANGLES: usize = 4;
 const STRIP: usize = 5;
@@ -169,10 +169,10 @@ impl Builder<'_> {
         // Use the number of indices as bound of the number of triangles, which strips reach.
         let corners = indices.map_or(Ok(vertices), more)?;
         let triangles = self.mesh.triangles.len() as u64 + corners;
-        if vertices.max(triangles) > MOST_TRIANGLES {
-            return Err(wrong(format!("more than {MOST_TRIANGLES} triangles")));
+        if vertices.max(triangles) > MAX_TRIANGLES {
+            return Err(wrong(format!("more than {MAX_TRIANGLES} triangles")));
         }
-        let needed = vertices * VERTEX + triangles * TRIANGLE;
+        let needed = vertices * BYTES_PER_VERTEX + triangles * BYTES_PER_TRIANGLE;
         self.limits.permit(needed, 1, self.document.size)
     }
 

@@ -12,7 +12,7 @@ use crate::volume::AxisOrder;
 use crate::volume::layout::Layout;
 
 /// Maximum number of cuboids of a sensor.
-const MOST_CUBOIDS: u64 = 10_000;
+const MAX_CUBOIDS: u64 = 10_000;
 /// Advice for points that do not form a box.
 const RECORD_A_BOX: &str = "let the sensor record a cuboid (two corners), or the whole grid";
 
@@ -157,7 +157,7 @@ impl Simulation {
             Problem::Unsaid(message.into())
         })?;
         let cuboids = corners.num_elements().map_err(describe)? / 6;
-        if cuboids > MOST_CUBOIDS {
+        if cuboids > MAX_CUBOIDS {
             return Err(Problem::TooLarge(format!("a sensor of {cuboids} cuboids")));
         }
         let all = numbers(file, "sensor_mask_corners", 6 * cuboids as usize);

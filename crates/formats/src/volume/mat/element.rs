@@ -41,7 +41,7 @@ const CLASSES: [(u8, Element); 10] = [
 /// Flag of an array with an imaginary part.
 const COMPLEX: u8 = 8;
 /// Longest accepted name or shape, in bytes.
-const LONGEST: u32 = 1024;
+const MAX_LENGTH: u32 = 1024;
 
 /// Returns the number type of a tag.
 pub(super) fn number(kind: u32) -> Result<Element, Problem> {
@@ -94,7 +94,7 @@ impl Tag {
     /// Reads short data of the given type.
     fn short(reader: &mut impl Read, big: bool, kind: u32) -> Result<Vec<u8>, Problem> {
         let tag = Self::read(reader, big)?;
-        if tag.kind != kind || tag.size > LONGEST {
+        if tag.kind != kind || tag.size > MAX_LENGTH {
             return Err(wrong("the head of an array makes no sense"));
         }
         let size = tag.size as usize;

@@ -11,7 +11,7 @@ use crate::error::{FileError, Problem};
 use crate::volume::{Format, Sample, Volume};
 
 /// Maximum length of a name in MATLAB.
-const LONGEST_NAME: usize = 63;
+const MAX_NAME_LENGTH: usize = 63;
 
 /// Writes a volume as the uncompressed variable `name`, an array (x, y, z), or (x, y, z, channel)
 /// if it has several channels.
@@ -22,7 +22,7 @@ const LONGEST_NAME: usize = 63;
 pub fn write<T: Sample>(path: &Path, volume: &Volume<T>, name: &str) -> Result<(), FileError> {
     let letters = |c: char| c.is_ascii_alphanumeric() || c == '_';
     let starts = name.starts_with(|c: char| c.is_ascii_alphabetic());
-    if !starts || !name.chars().all(letters) || name.len() > LONGEST_NAME {
+    if !starts || !name.chars().all(letters) || name.len() > MAX_NAME_LENGTH {
         let message = format!("'{name}' as a variable of MATLAB");
         return Err(Problem::Unsupported(message).at(path));
     }

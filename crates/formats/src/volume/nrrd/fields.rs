@@ -6,7 +6,7 @@ use super::bad;
 use crate::error::Problem;
 
 /// Longest accepted header, in bytes.
-const LIMIT: u64 = 1 << 20;
+const MAX_HEADER_SIZE: u64 = 1 << 20;
 
 /// Names and values of a header.
 pub(super) struct Fields {
@@ -21,7 +21,7 @@ impl Fields {
             list: Vec::new(),
             bytes: 0,
         };
-        let mut limited = reader.by_ref().take(LIMIT);
+        let mut limited = reader.by_ref().take(MAX_HEADER_SIZE);
         let mut line = Vec::new();
         loop {
             line.clear();
@@ -31,7 +31,7 @@ impl Fields {
             if first && !line.starts_with(b"NRRD000") {
                 return Err(bad("it does not begin with 'NRRD000'"));
             }
-            if fields.bytes >= LIMIT {
+            if fields.bytes >= MAX_HEADER_SIZE {
                 return Err(Problem::TooLarge("a header of a megabyte".into()));
             }
             let text = String::from_utf8_lossy(&line);

@@ -13,7 +13,7 @@ use crate::tensor::Tensor;
 pub(super) use sums::Adder;
 
 /// Maximum number of sums at a voxel.
-pub const MOST_SUMS: usize = 3;
+pub const MAX_SUMS: usize = 3;
 
 /// Metadata of a series, which are known before its samples are read.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,10 +28,10 @@ pub struct SeriesShape {
 pub struct FrameSums {
     /// Range of the frames to use.
     pub used: Range<usize>,
-    /// Number of sums at each voxel, up to [`MOST_SUMS`].
+    /// Number of sums at each voxel, up to [`MAX_SUMS`].
     pub count: usize,
     /// Weights of a frame in the sums.
-    pub weights: Box<dyn Fn(usize) -> [f64; MOST_SUMS]>,
+    pub weights: Box<dyn Fn(usize) -> [f64; MAX_SUMS]>,
 }
 
 /// Function that chooses the sums for a series.

@@ -1,6 +1,6 @@
 //! Summation of samples.
 
-use super::{FrameSums, MOST_SUMS, Plan, Series, SeriesShape};
+use super::{FrameSums, MAX_SUMS, Plan, Series, SeriesShape};
 use crate::error::Problem;
 use crate::volume::{Volume, place};
 use std::ops::Range;
@@ -15,7 +15,7 @@ pub(in crate::volume) struct Adder {
     squares: f64,
     /// Frame of the previous sample, and its weights.
     frame: usize,
-    weights: [f64; MOST_SUMS],
+    weights: [f64; MAX_SUMS],
     /// Index of the first value that is not finite, and the value.
     bad: Option<(usize, f64)>,
 }

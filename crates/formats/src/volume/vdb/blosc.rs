@@ -18,8 +18,8 @@ const LZ4: u8 = 1;
 const ZLIB: u8 = 3;
 /// Minimum number of numbers of a block with several streams, and maximum size of their type in
 /// bytes.
-const FEWEST: usize = 128;
-const LONGEST: usize = 16;
+const MIN_SPLIT_NUMBERS: usize = 128;
+const MAX_SPLIT_SIZE: usize = 16;
 /// Number of bytes to which OpenVDB pads its data before compression.
 const PADDED: usize = 128;
 
@@ -44,8 +44,10 @@ pub(super) fn unpack(bytes: &[u8], size: usize) -> Result<Vec<u8>, Problem> {
     for start in starts? {
         let left = whole - out.len();
         let length = block.min(left);
-        let is_split =
-            flags & WHOLE == 0 && width <= LONGEST && block / width >= FEWEST && length == block;
+        let is_split = flags & WHOLE == 0
+            && width <= MAX_SPLIT_SIZE
+            && block / width >= MIN_SPLIT_NUMBERS
+            && length == block;
         let streams = if is_split { width } else { 1 };
         let mut cursor = Bytes::new(bytes.get(start as usize..).ok_or_else(damaged)?);
         let mut plain = Vec::with_capacity(length);

@@ -25,7 +25,7 @@ use tree::Tree;
 /// First bytes of a file.
 const MAGIC: [u8; 8] = *b" BDV\0\0\0\0";
 /// Oldest supported version: the first with compressed nodes.
-const OLDEST: u32 = 222;
+const MIN_VERSION: u32 = 222;
 /// Number of characters of the identifier of a file.
 const UUID: usize = 36;
 
@@ -97,7 +97,7 @@ fn descriptors(bytes: &[u8]) -> Result<Vec<Descriptor>, Problem> {
         });
     }
     let version = cursor.u32()?;
-    if version < OLDEST {
+    if version < MIN_VERSION {
         let message =
             format!("OpenVDB files of version {version}; save it again with OpenVDB 3 or later");
         return Err(Problem::Unsupported(message));

@@ -9,7 +9,7 @@ use crate::element::Element;
 use crate::error::Problem;
 
 /// Longest accepted line, in bytes.
-const LONGEST: u64 = 4096;
+const MAX_LINE_LENGTH: u64 = 4096;
 
 /// An array of values.
 pub(super) struct Array {
@@ -200,12 +200,12 @@ impl<R: BufRead + Seek> Scanner<'_, R> {
     /// Returns the next line with its line break; empty at the end of the file.
     fn raw_line(&mut self) -> Result<String, Problem> {
         let mut line = Vec::new();
-        let mut limited = self.reader.by_ref().take(LONGEST);
+        let mut limited = self.reader.by_ref().take(MAX_LINE_LENGTH);
         limited
             .read_until(b'\n', &mut line)
             .map_err(Problem::Read)?;
         match String::from_utf8(line) {
-            Ok(line) if (line.len() as u64) < LONGEST => Ok(line),
+            Ok(line) if (line.len() as u64) < MAX_LINE_LENGTH => Ok(line),
             _ => Err(bad("something other than a line of text between its data")),
         }
     }
