@@ -27,7 +27,7 @@ static ALLOCATOR: PeakAlloc = PeakAlloc;
 /// tables.
 const EXTRA: usize = (64 << 20) + (1 << 20);
 /// Longest time of a reader. None takes a hundredth of it on a quiet machine.
-const PATIENCE: Duration = Duration::from_secs(20);
+const TIME_LIMIT: Duration = Duration::from_secs(20);
 /// Side of a cube of single-precision zeros that takes more than [`EXTRA`].
 const SIDE: usize = 272;
 
@@ -55,7 +55,7 @@ fn bounded(size: usize, read: impl FnOnce() -> Outcome) -> Outcome {
         peak <= 10 * size + EXTRA,
         "{peak} bytes of {size}: {outcome:?}"
     );
-    assert!(started.elapsed() < PATIENCE, "{:?}", started.elapsed());
+    assert!(started.elapsed() < TIME_LIMIT, "{:?}", started.elapsed());
     outcome
 }
 

@@ -20,11 +20,12 @@ const THREADS: usize = 2;
 const WORK: usize = 1 << 20;
 /// Maximum bytes per pixel of three channels, by a path tracer, with filters of one pixel and with
 /// wider ones, for which values of cells wait until they are spread over pixels.
-const MOST_OF_PIXEL: [(&str, usize); 2] = [("box", 170), ("path", 200)];
+const MAX_BYTES_PER_PIXEL: [(&str, usize); 2] = [("box", 170), ("path", 200)];
 /// Maximum bytes per triangle of a closed mesh: kept, and during reading. Small leaves of the
-/// hierarchy cost 20 and 50 bytes more than leaves of eight triangles, and save a tenth of the time.
-const MOST_KEPT: usize = 105;
-const MOST_READ: usize = 200;
+/// hierarchy cost 20 and 50 bytes more than leaves of eight triangles, and save a tenth of the
+/// time.
+const MAX_KEPT: usize = 105;
+const MAX_READ: usize = 200;
 
 fn load(folder: &Path, scene: &Value) -> Loaded {
     let path = folder.join("scene.json");
@@ -99,7 +100,7 @@ fn films(folder: &Path) {
             if !["photons", "vcm"].contains(&name) {
                 assert!(peak < told + THREADS * WORK, "{name}: {peak} {told}");
             }
-            let limit = MOST_OF_PIXEL.iter().find(|(of, _)| *of == name);
+            let limit = MAX_BYTES_PER_PIXEL.iter().find(|(of, _)| *of == name);
             if let (Some((_, most)), 1) = (limit, samples) {
                 assert!(peak < most * pixels, "{name}: {peak}");
                 assert!(told < most * pixels, "{name}: {told}");
@@ -170,7 +171,7 @@ fn meshes(folder: &Path) {
         .map(|bytes| (bytes - before) / triangles);
     assert!(loaded.scene().objects()[0].shape.is_closed());
     println!("{triangles} triangles: {kept} bytes each, {read} at most");
-    assert!(kept < MOST_KEPT && read < MOST_READ, "{kept} {read}");
+    assert!(kept < MAX_KEPT && read < MAX_READ, "{kept} {read}");
 }
 
 #[test]

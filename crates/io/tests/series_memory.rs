@@ -23,7 +23,7 @@ const FRAMES: usize = 2048;
 /// Number of frames per period.
 const STEPS: usize = 8;
 /// Maximum bytes per position during reading and afterwards: 24 for sums and 16 for the amplitude.
-const EACH: usize = 40;
+const MAX_BYTES_PER_POSITION: usize = 40;
 /// Bytes for blocks of the file, and the rest of the scene.
 const BLOCKS: usize = 24 << 20;
 
@@ -126,7 +126,8 @@ fn memory_does_not_grow_with_the_number_of_frames() {
             let (loaded, peak) = load(folder.path(), name, time_first);
             let places: usize = PLACES.iter().product();
             assert!(
-                peak < EACH * places + BLOCKS && EACH * places + BLOCKS < 4 * FRAMES * places,
+                peak < MAX_BYTES_PER_POSITION * places + BLOCKS
+                    && MAX_BYTES_PER_POSITION * places + BLOCKS < 4 * FRAMES * places,
                 "{name}: {peak} bytes"
             );
             let scene = loaded.scene();

@@ -12,7 +12,7 @@ use zip::ZipArchive;
 use zip::result::ZipError;
 
 /// Largest number of bytes of metadata that are read.
-const METADATA: u64 = 64 << 20;
+const MAX_METADATA: u64 = 64 << 20;
 
 /// Writes all arrays and a text `metadata`.
 pub(super) fn write(path: &Path, arrays: &Arrays) -> Result<(), FileError> {
@@ -105,7 +105,7 @@ fn refuse_overlaps<R: io::Read + Seek>(
 fn metadata_of<R: io::Read + Seek>(archive: &mut ZipArchive<R>) -> Result<Value, Problem> {
     let file = archive.by_name("metadata.npy").map_err(foreign)?;
     let mut bytes = Vec::new();
-    npz::checked(file.take(METADATA), |file| {
+    npz::checked(file.take(MAX_METADATA), |file| {
         file.read_to_end(&mut bytes).map_err(Problem::Read)
     })?;
     let text = npy::parse_text(&bytes)?;

@@ -231,14 +231,14 @@ fn seen(root: &ObjectDescription) -> impl Iterator<Item = &ObjectDescription> {
 /// Wavelength in nm that replaces missing or invalid wavelengths.
 const GREEN: f64 = 550.0;
 /// Maximum number of wavelengths; more are considered a mistake.
-const MOST_WAVELENGTHS: usize = 4096;
+const MAX_WAVELENGTHS: usize = 4096;
 
 /// Parses a list of wavelengths in nm; `None` if it is empty, too long or has values that are not
 /// positive.
 fn wavelengths(list: &str) -> Option<Vec<f64>> {
     let numbers = list.split([',', ' ']).filter(|word| !word.is_empty());
     let numbers: Option<Vec<f64>> = numbers.map(|word| word.parse().ok()).collect();
-    let numbers = numbers.filter(|n| !n.is_empty() && n.len() <= MOST_WAVELENGTHS)?;
+    let numbers = numbers.filter(|n| !n.is_empty() && n.len() <= MAX_WAVELENGTHS)?;
     let valid = numbers.iter().all(|nm| nm.is_finite() && *nm > 0.0);
     valid.then_some(numbers)
 }

@@ -14,9 +14,9 @@ pub(super) const ROUNDING: f64 = 1e-6;
 /// Largest error of an image's values caused by half precision or lossy compression, relative to
 /// the image's largest value. Negative values of this size count as rounded zeros. They may remove
 /// at most this fraction of the image's light.
-const NEGATIVE: f64 = 1e-4;
+const MAX_NEGATIVE: f64 = 1e-4;
 /// Maximum fraction of the light of an image that its negative values may remove.
-const MOST_LOST: f64 = 0.1;
+const MAX_LOST: f64 = 0.1;
 
 /// Clips values of a reflectance that rounding puts outside [0, 1]. Returns a note if there are
 /// any.
@@ -150,13 +150,13 @@ impl Pixels {
             Shown::rounded(self.least)
         );
         let share = self.lost / self.light;
-        if self.least >= -NEGATIVE * self.largest && share <= NEGATIVE {
+        if self.least >= -MAX_NEGATIVE * self.largest && share <= MAX_NEGATIVE {
             return Ok(lints::note(
                 lints::CLIPPED_VALUES,
                 format!("{found}: rounding, clipped to 0"),
             ));
         }
-        if role == Role::Emission && share <= MOST_LOST {
+        if role == Role::Emission && share <= MAX_LOST {
             let percent = Shown(
                 format!("{:.1e}", 100.0 * share)
                     .parse()

@@ -9,12 +9,12 @@ use transport::scene::Object;
 use transport::sensor::Orthographic;
 
 /// Radius of the disc that represents a point target, relative to the radius of the scene.
-const POINT: f64 = 1e-6;
+const POINT_RADIUS: f64 = 1e-6;
 /// Distance of the sensor from the centre of the scene, relative to the radius of the scene.
-const DISTANCE: f64 = 2.0;
+const SENSOR_DISTANCE: f64 = 2.0;
 /// Smallest sine of the angle between the rays and a flat target: rays along the target never hit
 /// it.
-const EDGE_ON: f64 = 1e-9;
+const MIN_SINE: f64 = 1e-9;
 
 /// Rays of a distant sensor.
 pub(super) struct Distant {
@@ -64,12 +64,12 @@ impl Distant {
         let across = [x, direction.cross(x)];
         let ([x, y], middle) = match self.target {
             Target::Scene => (across.map(|axis| axis * radius), center),
-            Target::Point(point) => (across.map(|axis| axis * (POINT * radius)), point),
+            Target::Point(point) => (across.map(|axis| axis * (POINT_RADIUS * radius)), point),
             Target::Rectangle(map) | Target::Disk(map) => {
                 ([map.matrix3.x_axis, map.matrix3.y_axis], map.translation)
             }
         };
-        let ahead = (middle - center).dot(direction) + DISTANCE * radius;
+        let ahead = (middle - center).dot(direction) + SENSOR_DISTANCE * radius;
         let frame = DAffine3 {
             matrix3: DMat3::from_cols(x, y, direction),
             translation: middle - direction * ahead,
@@ -121,7 +121,7 @@ impl Target {
             Target::Rectangle(map) | Target::Disk(map) => {
                 let [x, y] = [map.matrix3.x_axis, map.matrix3.y_axis];
                 let normal = x.cross(y);
-                normal.dot(direction).abs() <= EDGE_ON * (x.length() * y.length())
+                normal.dot(direction).abs() <= MIN_SINE * (x.length() * y.length())
             }
         }
     }

@@ -10,10 +10,10 @@ use transport::film::{Decomposition, Filter, SignedFilter};
 use transport::scene::{FilmSpec, FilmWindow};
 
 /// Maximum number of bins.
-const MOST_BINS: f64 = 65536.0;
+const MAX_BINS: f64 = 65536.0;
 /// Tolerance with which the width must divide the range of bins, relative to a bin. It suits
 /// numbers that users give with ten digits.
-const DIVISION: f64 = 1e-6;
+const DIVISION_TOLERANCE: f64 = 1e-6;
 
 /// Film with its decomposition of light.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -137,7 +137,7 @@ fn filter(object: &ObjectDescription, context: &mut Context) -> Filter {
 }
 
 /// Ways to decompose light. `transient` means `length`.
-const WAYS: [&str; 5] = ["length", "time", "bounce", "light", "transient"];
+const DECOMPOSITIONS: [&str; 5] = ["length", "time", "bounce", "light", "transient"];
 /// Parameters that only some of the ways need.
 const BOUNDS: [&str; 5] = [
     "min_bound",
@@ -156,11 +156,11 @@ fn layering(q: &mut Query) -> Layering {
     let text = q.string("decomposition");
     let words: Vec<&str> = text.split(',').map(str::trim).collect();
     for (i, word) in words.iter().enumerate() {
-        if !WAYS.contains(word) {
-            let help = suggest(word, WAYS).unwrap_or_else(|| {
+        if !DECOMPOSITIONS.contains(word) {
+            let help = suggest(word, DECOMPOSITIONS).unwrap_or_else(|| {
                 format!(
                     "it is a list of: {}, separated by commas",
-                    WAYS[..4].join(", ")
+                    DECOMPOSITIONS[..4].join(", ")
                 )
             });
             q.error(
@@ -213,16 +213,16 @@ pub(super) fn bins(q: &mut Query, unit: f64) -> Option<Bins> {
         return None;
     }
     let ratio = (max - min) / width;
-    if ratio > MOST_BINS {
+    if ratio > MAX_BINS {
         let message = format!(
-            "these are {} bins; at most {MOST_BINS} are possible",
+            "these are {} bins; at most {MAX_BINS} are possible",
             Shown::rounded(ratio)
         );
         q.error("bin_width", message);
         return None;
     }
     let count = ratio.round().max(1.0);
-    if (ratio - count).abs() > DIVISION {
+    if (ratio - count).abs() > DIVISION_TOLERANCE {
         let message = format!(
             "bins of {} do not fill the range from {} to {}: there would be {}; {count} of {} would",
             Shown(width),

@@ -30,7 +30,7 @@ use transport::sensor::Sensor;
 use transport::sidebands::Sidebands;
 
 /// Maximum number of objects that a note lists by name.
-const MOST_NAMED: usize = 5;
+const MAX_NAMED: usize = 5;
 
 /// Scene of one channel group, with everything that the description says about rendering it.
 pub(super) struct Group {
@@ -229,11 +229,11 @@ impl<'a> Children<'a> {
         };
         let rest: Vec<_> = rest.collect();
         let mut names: Vec<_> = std::iter::once(first)
-            .chain(rest.iter().copied().take(MOST_NAMED - 1))
+            .chain(rest.iter().copied().take(MAX_NAMED - 1))
             .map(name)
             .collect();
-        if rest.len() >= MOST_NAMED {
-            names.push(format!("{} more", rest.len() + 1 - MOST_NAMED));
+        if rest.len() >= MAX_NAMED {
+            names.push(format!("{} more", rest.len() + 1 - MAX_NAMED));
         }
         let message = format!(
             "unused definitions, which morgana did not check: {}",

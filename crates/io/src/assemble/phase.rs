@@ -139,26 +139,26 @@ fn blend(object: &ObjectDescription, context: &mut Context) -> Phase {
 const ROUNDING: f64 = 1e-3;
 
 /// Maximum number of phase functions in a mixture: evaluation visits each in turn.
-const MOST_PHASES: usize = 100;
+const MAX_PHASES: usize = 100;
 /// Maximum weight, which keeps sums of weights finite.
-const MOST_WEIGHT: f64 = 1e100;
+const MAX_WEIGHT: f64 = 1e100;
 
 /// Builds a mixture of phase functions by their weights.
 fn mixture(object: &ObjectDescription, context: &mut Context) -> Phase {
     let mut query = Query::new(object, context.diagnostics);
     let weights = numbers(&query.string("weights")).unwrap_or_default();
     let nested = query.children(PluginKind::Phase);
-    let is_weight = |w: &f64| (0.0..=MOST_WEIGHT).contains(w);
+    let is_weight = |w: &f64| (0.0..=MAX_WEIGHT).contains(w);
     let count = nested.len();
-    if count > MOST_PHASES {
+    if count > MAX_PHASES {
         let message =
-            format!("a mixture holds at most {MOST_PHASES} phase functions, this has {count}");
+            format!("a mixture holds at most {MAX_PHASES} phase functions, this has {count}");
         context.error_at(&object.location, message);
         return Phase::isotropic();
     }
     if count == 0 || weights.len() != count || !weights.iter().all(is_weight) {
         let message = format!(
-            "'weights' are numbers from 0 to {MOST_WEIGHT:e}, one for each of the {count} phase functions"
+            "'weights' are numbers from 0 to {MAX_WEIGHT:e}, one for each of the {count} phase functions"
         );
         query.error("weights", message);
         query.finish(&[]);

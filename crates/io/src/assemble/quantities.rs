@@ -64,7 +64,7 @@ impl Setting {
 /// Quantities of Mitsuba that morgana does not compute.
 const SCREEN_DERIVATIVES: [&str; 2] = ["duv_dx", "duv_dy"];
 /// First parts of the names of layers that images use for other purposes.
-const TAKEN: [&str; 10] = [
+const RESERVED_NAMES: [&str; 10] = [
     "variance",
     "few",
     "samples",
@@ -80,7 +80,7 @@ const TAKEN: [&str; 10] = [
 const SQUARE: &str = "m2";
 /// Maximum length of a name in bytes. Image files limit the full name of a channel, with its prefix
 /// and suffix, to 255 bytes.
-const LONGEST: usize = 200;
+const MAX_NAME_LENGTH: usize = 200;
 
 impl AskedQuantities {
     /// Returns true if a quantity has this name.
@@ -303,14 +303,14 @@ fn check_names(list: &[Asked], query: &mut Query) {
             continue;
         };
         let start = name.split('.').next().unwrap_or(name);
-        if TAKEN.contains(&start) || start == SQUARE || start.starts_with("m2_") {
+        if RESERVED_NAMES.contains(&start) || start == SQUARE || start.starts_with("m2_") {
             let message = format!(
                 "'{name}': images have layers of their own called '{start}': choose another name"
             );
             query.error("aovs", message);
         }
-        if name.len() > LONGEST {
-            let message = format!("a name is longer than {LONGEST} bytes");
+        if name.len() > MAX_NAME_LENGTH {
+            let message = format!("a name is longer than {MAX_NAME_LENGTH} bytes");
             query.error("aovs", message);
         }
     }

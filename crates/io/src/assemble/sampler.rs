@@ -12,7 +12,7 @@ use transport::sampling::Replicates;
 use transport::scene::{Scene, SceneProblem, Subject};
 
 /// Samplers of Mitsuba that, like `ldsampler`, spread samples evenly.
-const EVEN: [&str; 6] = [
+const EVEN_SAMPLERS: [&str; 6] = [
     "stratified",
     "multijitter",
     "orthogonal",
@@ -23,9 +23,9 @@ const EVEN: [&str; 6] = [
 
 /// Minimum number of replicates if no sampler is named. The error is estimated from the means of
 /// replicates. An error from fewer than ten replicates counts as unreliable.
-const MANY_REPLICATES: u64 = 16;
+const DEFAULT_MIN_REPLICATES: u64 = 16;
 /// Minimum number of replicates if a sampler without a replicate size is named.
-const SOME_REPLICATES: u64 = 4;
+const MIN_REPLICATES: u64 = 4;
 /// Maximum relative increase of the number of samples by rounding it up to whole replicates, if a
 /// sampler is named. Without a named sampler, the number does not change.
 const MAX_INCREASE: f64 = 0.25;
@@ -66,10 +66,10 @@ impl SamplerRequest {
     pub fn replicates(self, scene: &Scene, count: u64) -> Replicates {
         let (least, increase) = match self {
             // Planted error "few replicates by default", found by morgana-io/io::samplers::replicates_grow_with_the_number_of_samples:
-            // SamplerRequest::Open => (SOME_REPLICATES, 0.0),
-            SamplerRequest::Open => (MANY_REPLICATES, 0.0),
+            // SamplerRequest::Open => (MIN_REPLICATES, 0.0),
+            SamplerRequest::Open => (DEFAULT_MIN_REPLICATES, 0.0),
             SamplerRequest::Independent => return Replicates::SINGLE,
-            SamplerRequest::Even => (SOME_REPLICATES, MAX_INCREASE),
+            SamplerRequest::Even => (MIN_REPLICATES, MAX_INCREASE),
             SamplerRequest::EvenIn(replicates) => return replicates,
         };
         let most = scene.whole_periods(count, Replicates::SINGLE) as f64 * (1.0 + increase);
@@ -155,7 +155,7 @@ pub(super) fn build(
     // Choose the sampler, with a warning if the named one is not available.
     let name = object.plugin.as_str();
     let named = SamplerRequest::named(name);
-    let (used, replacement) = if EVEN.contains(&name) {
+    let (used, replacement) = if EVEN_SAMPLERS.contains(&name) {
         ("ldsampler", SamplerRequest::Even)
     } else {
         ("independent", SamplerRequest::Independent)
@@ -187,7 +187,7 @@ pub(super) fn build(
     }
     let adaptive = q.boolean("adaptive");
     q.has("seed");
-    if EVEN.contains(&name) {
+    if EVEN_SAMPLERS.contains(&name) {
         q.has("jitter");
         q.has("strength");
     }
@@ -206,7 +206,9 @@ pub(super) fn build(
 fn better(name: &str) -> String {
     match suggest(name, ["independent", "ldsampler"]) {
         Some(help) if !name.contains(':') => help,
-        _ if EVEN.contains(&name) => "use 'ldsampler', which also spreads samples evenly".into(),
+        _ if EVEN_SAMPLERS.contains(&name) => {
+            "use 'ldsampler', which also spreads samples evenly".into()
+        }
         _ => format!(
             "known samplers: independent, ldsampler, and ldsampler:N with replicates of N samples, a power of two up to {}",
             Replicates::MAX_SAMPLES

@@ -228,7 +228,7 @@ fn view_of(object: &ObjectDescription, wavelength: Option<f64>, mut q: Query) ->
 }
 
 /// Maximum cosine between axes that rounding explains; a larger cosine is a shear.
-const SHEAR: f64 = 1e-6;
+const MAX_SHEAR: f64 = 1e-6;
 
 /// Returns the wavelength in scene units of the light that the aperture diffracts, or `None`
 /// without diffraction. `wavelength` is the wavelength of the channel in nm.
@@ -250,7 +250,7 @@ fn diffraction(wavelength: Option<f64>, frame: &DAffine3, q: &mut Query) -> Opti
     let [x, y, z] = axes.map(|axis| axis.normalize_or_zero());
     if [x.dot(y), y.dot(z), z.dot(x)]
         .iter()
-        .any(|c| c.abs() > SHEAR)
+        .any(|c| c.abs() > MAX_SHEAR)
     {
         let message = "the transform of a sensor with 'diffraction' must not shear";
         q.error("to_world", message);
@@ -287,7 +287,7 @@ fn along_a_ray(q: &mut Query) -> DAffine3 {
 }
 
 /// Angular width of the cone that a radiance meter sees, in degrees.
-const RAY: f64 = 1e-3;
+const METER_ANGLE: f64 = 1e-3;
 /// Field of view in degrees of the default camera for scenes without a camera, as in Mitsuba 0.6.
 const DEFAULT_FOV: f64 = 45.0;
 
@@ -370,7 +370,7 @@ fn optics(object: &ObjectDescription, frame: &DAffine3, q: &mut Query) -> Option
         "orthographic" => Optics::Orthographic,
         "distant" => Optics::Distant(Distant::read(frame, q)),
         "radiancemeter" => Optics::Pinhole(Fov {
-            angle: RAY.to_radians(),
+            angle: METER_ANGLE.to_radians(),
             axis: "x",
         }),
         "telecentric" => Optics::Telecentric(focus(frame, 0.0, q), stop(object, q)),

@@ -20,7 +20,7 @@ use transport::scene::{AMBIENT, Bodies, Containment, MediumId, Partition, Sides}
 const DEFAULT_INNER: f64 = 1.5046;
 /// Difference below which two indices count as equal. It covers the difference between air and
 /// vacuum.
-const ALIKE: f64 = 3e-4;
+const INDEX_TOLERANCE: f64 = 3e-4;
 
 /// Determines the media and indices on both sides of all objects.
 pub(super) fn settle(context: &mut Context) {
@@ -209,7 +209,7 @@ fn meets_other_glass(object: usize, n: f64, exterior: MediumId, context: &mut Co
         return false;
     };
     let own = context.media[exterior].index.n(DVec3::ZERO);
-    if (own - n).abs() < ALIKE {
+    if (own - n).abs() < INDEX_TOLERANCE {
         return false;
     }
     let named = |i: usize| {
@@ -258,7 +258,7 @@ fn set_index(id: MediumId, n: f64, name: &'static str, location: &Location, cont
     let diagnostic = match (own, context.index_from.get(&id)) {
         (Some(own), Some(source)) => {
             let own = format!("{}, by {} at {}", Shown(own), source.name, source.location);
-            if off < ALIKE {
+            if off < INDEX_TOLERANCE {
                 lints::warning(
                     lints::CONTRADICTING_INDEX,
                     format!("{name} {said} is taken as {own}"),

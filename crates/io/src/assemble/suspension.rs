@@ -14,7 +14,7 @@ const UM_PER_MM: f64 = 1e3;
 /// Micrometres per nanometre, the unit of wavelengths.
 const UM_PER_NM: f64 = 1e-3;
 /// Volume fraction above which spheres do not scatter independently.
-const DILUTE: f64 = 0.1;
+const MAX_INDEPENDENT_FRACTION: f64 = 0.1;
 /// Builds the phase function of type `mie`, at the wavelength of the group's channel.
 pub(super) fn mie(object: &ObjectDescription, context: &mut Context) -> Phase {
     let channel = context.wavelength();
@@ -120,9 +120,9 @@ pub(super) fn concentration(q: &mut Query) -> Option<Concentration> {
         return Some(Concentration::Number(q.float("number_density")));
     }
     let share = q.float("volume_fraction");
-    if share > DILUTE {
+    if share > MAX_INDEPENDENT_FRACTION {
         let message = format!(
-            "the spheres fill more than {DILUTE} of the volume: morgana assumes independent scattering, which does not hold for dense spheres"
+            "the spheres fill more than {MAX_INDEPENDENT_FRACTION} of the volume: morgana assumes independent scattering, which does not hold for dense spheres"
         );
         q.warning(lints::DENSE_SPHERES, "volume_fraction", message);
     }

@@ -10,10 +10,10 @@ use transport::sidebands::Sidebands;
 
 /// Largest plausible ratio of the wavelengths of sound and light. Ultrasound has about a thousand
 /// times the wavelength of light; low tones in air stay below this ratio.
-const SHORT: f64 = 3e6;
+const MAX_WAVELENGTH_RATIO: f64 = 3e6;
 
 /// Relative difference below which wavelengths or frequencies count as equal.
-const SAME: f64 = 1e-9;
+const PERIOD_TOLERANCE: f64 = 1e-9;
 
 /// Reads the sidebands and delays that a plugin requests. They belong to light of its one
 /// `wavelength`, so films of several wavelengths are refused.
@@ -120,7 +120,7 @@ pub(super) fn doubt(scene: &Scene, tagged: &[&Sidebands]) -> Option<String> {
     let light = light.fold(f64::INFINITY, f64::min);
     let sound = sounds(scene).into_iter().map(|(_, sound)| sound.wavelength);
     let sound = sound.fold(f64::INFINITY, f64::min);
-    (sound > SHORT * light).then(|| {
+    (sound > MAX_WAVELENGTH_RATIO * light).then(|| {
         format!(
             "tagged light of the wavelength {light} is {:.0e} times shorter than the sound: the 'wavelength' is in scene units, \
              532e-6 for green light where these are mm",
@@ -139,7 +139,7 @@ fn sounds(scene: &Scene) -> Vec<(usize, Sound)> {
 
 /// Returns true if two values differ by more than rounding.
 fn differ(a: f64, b: f64) -> bool {
-    (a - b).abs() > SAME * a
+    (a - b).abs() > PERIOD_TOLERANCE * a
 }
 
 fn error(subject: Subject, message: String, help: &str) -> SceneProblem {

@@ -9,7 +9,7 @@ use transport::Orientation;
 /// each with an error of up to 5e-5, and some margin.
 const ROUNDING: f64 = 2e-4;
 /// Relative error of lengths above which a map is not considered a rotation.
-pub(super) const DEFORMED: f64 = 1e-2;
+pub(super) const MAX_DEFORMATION: f64 = 1e-2;
 
 /// Returns the affine map of a matrix. Reports a projective matrix.
 pub(super) fn affine(matrix: DMat4, name: &str, query: &mut Query) -> DAffine3 {
@@ -31,7 +31,7 @@ pub(super) fn pose(query: &mut Query, thing: &str) -> Option<(DVec3, Orientation
         query.error(NAME, SINGULAR);
         return None;
     };
-    if error > DEFORMED {
+    if error > MAX_DEFORMATION {
         let message = format!(
             "{thing} can only be rotated, mirrored and scaled evenly, but this transform changes lengths unevenly, by up to {}",
             percent(error)

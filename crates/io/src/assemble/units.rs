@@ -10,19 +10,19 @@ const INDICES: RangeInclusive<f64> = 0.9..=4.2;
 /// the ground in kg/m³ lies in it.
 const NO_MATTER: RangeInclusive<f64> = 1.02..=1.28;
 /// Maximum of n − 1 of gases, and of index contrasts of other matter.
-const LARGEST_CONTRAST: f64 = 0.1;
+const MAX_CONTRAST: f64 = 0.1;
 /// Minimum value, in Pa, that is taken for a pressure: a tenth of the atmospheric pressure.
-const LEAST_PRESSURE: f64 = 1e4;
+const MIN_PRESSURE: f64 = 1e4;
 /// Minimum density of a liquid in kg/m³, below the densities of light liquids.
-const LEAST_LIQUID: f64 = 300.0;
+const MIN_LIQUID_DENSITY: f64 = 300.0;
 /// Range of Hounsfield units, from air to dense bone.
 const HOUNSFIELD: RangeInclusive<f64> = -1100.0..=3100.0;
 /// Maximum of n − 1 of a gas.
-const DENSEST_GAS: f64 = 0.05;
+const MAX_GAS_CONTRAST: f64 = 0.05;
 /// Minimum of n − 1 of a gas that is not nearly a vacuum.
-const THINNEST_GAS: f64 = 1e-7;
+const MIN_GAS_CONTRAST: f64 = 1e-7;
 /// Maximum index change by pressure that a liquid can withstand.
-const LARGEST_PIEZO: f64 = 0.05;
+const MAX_PIEZO_CONTRAST: f64 = 0.05;
 
 /// Number of values processed together.
 const LANES: usize = 8;
@@ -55,7 +55,7 @@ pub(super) fn taken_for_index([least, most]: [f64; 2]) -> Option<(&'static str, 
         return (between && most > least).then_some((of_gas, gladstone_dale));
     }
     let size = most.abs().max(least.abs());
-    Some(if size <= LARGEST_CONTRAST {
+    Some(if size <= MAX_CONTRAST {
         (
             "n − 1, or a contrast of the index",
             "add the reference index by 'offset'",
@@ -65,12 +65,12 @@ pub(super) fn taken_for_index([least, most]: [f64; 2]) -> Option<(&'static str, 
             "Hounsfield units",
             "convert them to an index first, or by 'scale' and 'offset'",
         )
-    } else if least >= 0.0 && most >= LEAST_PRESSURE {
+    } else if least >= 0.0 && most >= MIN_PRESSURE {
         (
             "a pressure in Pa",
             "give a volume of type 'pressure', with 'n0' and 'dn_dp'",
         )
-    } else if least >= 0.0 && most >= LEAST_LIQUID {
+    } else if least >= 0.0 && most >= MIN_LIQUID_DENSITY {
         ("a density in kg/m³, or a temperature in K", gladstone_dale)
     } else if least >= 0.0 && *INDICES.end() < most {
         (
@@ -90,9 +90,9 @@ pub(super) fn taken_for_index([least, most]: [f64; 2]) -> Option<(&'static str, 
 /// Returns the probable mistake in the densities of a gas, judged by the index that results.
 pub(super) fn of_gas([least, most]: [f64; 2], n0: f64) -> Option<&'static str> {
     let size = (most - n0).abs().max((least - n0).abs());
-    if size > DENSEST_GAS {
+    if size > MAX_GAS_CONTRAST {
         Some("no gas is so dense: the values look like g/m³, or the density of a liquid")
-    } else if size > 0.0 && size < THINNEST_GAS {
+    } else if size > 0.0 && size < MIN_GAS_CONTRAST {
         Some(
             "this is nearly a vacuum: the values look like g/cm³, which 'scale' 1000 converts to kg/m³",
         )
@@ -104,7 +104,7 @@ pub(super) fn of_gas([least, most]: [f64; 2], n0: f64) -> Option<&'static str> {
 /// Returns the probable mistake in the pressures of a liquid.
 pub(super) fn of_pressure([least, most]: [f64; 2], n0: f64) -> Option<&'static str> {
     let size = (most - n0).abs().max((least - n0).abs());
-    (size > LARGEST_PIEZO)
+    (size > MAX_PIEZO_CONTRAST)
         .then_some("no liquid is compressed so much: give the pressure in pascals")
 }
 

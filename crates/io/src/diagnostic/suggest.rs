@@ -1,7 +1,7 @@
 //! Suggestion "did you mean": the known name closest to a misspelt name.
 
 /// Minimum similarity of a plausible misspelling.
-const THRESHOLD: f64 = 0.8;
+const MIN_SIMILARITY: f64 = 0.8;
 
 /// Returns the candidate most similar to `name`, if it is similar enough to be a misspelling.
 pub fn closest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
@@ -14,7 +14,7 @@ pub fn closest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) ->
     let scored = candidates
         .into_iter()
         .map(|c| (score(c), c))
-        .filter(|(s, _)| *s >= THRESHOLD);
+        .filter(|(s, _)| *s >= MIN_SIMILARITY);
     // Take the first of equally similar candidates, so that the suggestion does not depend on later
     // candidates.
     scored

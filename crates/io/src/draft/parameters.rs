@@ -8,7 +8,7 @@ use crate::diagnostic::{Diagnostic, Diagnostics, Location};
 
 /// Maximum number of bytes that all substitutions together may produce. Defaults that repeat one
 /// another could otherwise grow without bound.
-const BUDGET: usize = 16 << 20;
+const MAX_SUBSTITUTED_BYTES: usize = 16 << 20;
 
 /// Parameter with its value. `overridden` is true if the command line sets it, `used` if the file
 /// refers to it.
@@ -60,7 +60,7 @@ impl Parameters {
             values: values.collect(),
             open: Vec::new(),
             first_open: None,
-            budget: BUDGET,
+            budget: MAX_SUBSTITUTED_BYTES,
             declaration,
         }
     }

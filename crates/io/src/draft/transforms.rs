@@ -15,7 +15,7 @@ pub(crate) fn scale(factors: DVec3) -> Result<DMat4, String> {
 }
 
 /// Maximum deviation from 1 of the length of an axis that counts as a unit vector.
-const UNIT: f64 = 1e-4;
+const UNIT_TOLERANCE: f64 = 1e-4;
 
 /// Returns a rotation around an axis of any length, with the angle in degrees. Notes a difference
 /// if the length is not 1, because Mitsuba then computes another map.
@@ -27,7 +27,7 @@ pub(crate) fn rotate(
     let length = axis.length();
     let axis = axis.try_normalize();
     let axis = axis.ok_or("the axis of a rotation must not be zero")?;
-    if (length - 1.0).abs() > UNIT {
+    if (length - 1.0).abs() > UNIT_TOLERANCE {
         diagnostics.differ(ROTATE);
     }
     Ok(DMat4::from_axis_angle(axis, degrees.to_radians()))

@@ -10,7 +10,7 @@ use std::collections::{HashMap, HashSet};
 
 /// Maximum number of repetitions of objects within one object. More repetitions are a mistake, and
 /// the render would take too long.
-const MOST_REPEATED: usize = 4096;
+const MAX_REPETITIONS: usize = 4096;
 
 /// Reports every object in which objects repeat too often, unless it lies in another such object.
 pub(super) fn check(root: &ObjectDescription, diagnostics: &mut Diagnostics) {
@@ -18,17 +18,17 @@ pub(super) fn check(root: &ObjectDescription, diagnostics: &mut Diagnostics) {
     counter.count(root);
     let Counter { counts, inner } = counter;
     let large = |o: &ObjectDescription| {
-        !inner.contains(&o.number) && counts[&o.number] > MOST_REPEATED as f64
+        !inner.contains(&o.number) && counts[&o.number] > MAX_REPETITIONS as f64
     };
     for object in descendants([root]).filter(|o| large(o)) {
         let (count, distinct) = (counts[&object.number], parts(object));
-        if count - distinct as f64 > MOST_REPEATED as f64 {
+        if count - distinct as f64 > MAX_REPETITIONS as f64 {
             let message = format!(
                 "the references in {} unfold to {count:.3e} objects, of which {distinct} are different",
                 object.label()
             );
             let help = format!(
-                "objects within one object may repeat {MOST_REPEATED} times: refer to fewer objects more than once"
+                "objects within one object may repeat {MAX_REPETITIONS} times: refer to fewer objects more than once"
             );
             diagnostics.push(Diagnostic::error(message).help(help).at(&object.location));
         }
@@ -64,7 +64,7 @@ impl Counter {
             let below = self.count(&child.object);
             if repeats(object, &child.object) {
                 count += below;
-                if below > MOST_REPEATED as f64 {
+                if below > MAX_REPETITIONS as f64 {
                     self.inner.insert(child.object.number);
                 }
             }

@@ -6,7 +6,7 @@ use crate::scene::Tensor;
 use std::sync::Arc;
 
 /// Largest number of elements of an array that is read as a list, such as a point or a matrix.
-const SMALL: usize = 16;
+const MAX_LIST_LENGTH: usize = 16;
 
 /// A value: one that JSON has, or an array of numbers.
 #[derive(Clone, Debug)]
@@ -92,7 +92,7 @@ impl<I: Iterator<Item = (usize, usize)>> Builder<'_, '_, I> {
                     .map(|(key, item)| self.entry(key, item))
                     .collect(),
             ),
-            Item::Tensor(tensor) if tensor.len() <= SMALL && !tensor.is_complex() => {
+            Item::Tensor(tensor) if tensor.len() <= MAX_LIST_LENGTH && !tensor.is_complex() => {
                 let mut numbers = tensor.iter();
                 return self.nested(tensor.shape(), &mut numbers, &location);
             }

@@ -7,7 +7,7 @@ use crate::draft;
 use std::collections::HashMap;
 
 /// Largest number of elements of an array. Repeated often, longer arrays would fill the memory.
-const LONGEST: usize = 64;
+const MAX_ELEMENTS: usize = 64;
 
 /// The parameters of a scene file.
 pub(super) struct Parameters {
@@ -40,7 +40,7 @@ impl Parameters {
     fn add(&mut self, entry: &Entry, diagnostics: &mut Diagnostics) {
         let Some(text) = text(&entry.node) else {
             let message = format!(
-                "a parameter is a number, true or false, a text, or an array of up to {LONGEST} of these"
+                "a parameter is a number, true or false, a text, or an array of up to {MAX_ELEMENTS} of these"
             );
             return report(&entry.node, message, diagnostics);
         };
@@ -128,7 +128,7 @@ fn text(node: &Node) -> Option<String> {
     };
     match &node.json {
         Json::String(v) => Some(v.clone()),
-        Json::Array(items) if items.len() <= LONGEST => {
+        Json::Array(items) if items.len() <= MAX_ELEMENTS => {
             let items: Option<Vec<String>> = items.iter().map(plain).collect();
             items.map(|items| format!("[{}]", items.join(", ")))
         }

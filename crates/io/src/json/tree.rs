@@ -135,12 +135,12 @@ fn uncapitalized(text: &str) -> String {
 /// Parses a text that contains only a finite number.
 pub(super) fn number(text: &str) -> Option<Json> {
     /// Largest magnitude up to which every whole number is a double, 2⁵³.
-    const EXACT: f64 = 9_007_199_254_740_992.0;
+    const MAX_EXACT_INTEGER: f64 = 9_007_199_254_740_992.0;
     if let Ok(whole) = text.parse() {
         return Some(Json::Integer(whole));
     }
     match text.parse::<f64>() {
-        Ok(v) if v.fract() == 0.0 && v.abs() <= EXACT => Some(Json::Integer(v as i64)),
+        Ok(v) if v.fract() == 0.0 && v.abs() <= MAX_EXACT_INTEGER => Some(Json::Integer(v as i64)),
         Ok(v) if v.is_finite() => Some(Json::Float(v)),
         _ => None,
     }

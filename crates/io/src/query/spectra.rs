@@ -9,7 +9,7 @@ use crate::schema;
 const ENDS: [&str; 2] = ["wavelength_min", "wavelength_max"];
 
 /// Spectrum returned after an error.
-const HARMLESS: SpectrumValue = SpectrumValue::Uniform(1.0);
+const FALLBACK: SpectrumValue = SpectrumValue::Uniform(1.0);
 
 impl<'a> Query<'a, '_> {
     /// Reads a spectrum, colour or plain number. If it is absent, returns the default of its row;
@@ -22,11 +22,11 @@ impl<'a> Query<'a, '_> {
                     name,
                     format!("'{name}' is a constant: it cannot be a texture"),
                 );
-                HARMLESS
+                FALLBACK
             }
             None => {
                 let lookup = self.convert(name, "spectrum", as_spectrum);
-                self.settle(name, "spectrum", lookup, self.uniform(name), HARMLESS)
+                self.settle(name, "spectrum", lookup, self.uniform(name), FALLBACK)
             }
         }
     }
@@ -47,7 +47,7 @@ impl<'a> Query<'a, '_> {
         }
         let expected = format!("{kind} or spectrum");
         let lookup: Lookup<'a, _> = self.convert(name, &expected, as_spectrum);
-        Input::Spectrum(self.settle(name, "spectrum", lookup, self.uniform(name), HARMLESS))
+        Input::Spectrum(self.settle(name, "spectrum", lookup, self.uniform(name), FALLBACK))
     }
 
     /// Returns the spectrum that a plugin in the place of a parameter computes, if it is a plugin
@@ -66,7 +66,7 @@ impl<'a> Query<'a, '_> {
             return Some(self.nested(object, |q| q.computed()));
         }
         unknown_plugin(object, self.diagnostics);
-        Some(Input::Spectrum(HARMLESS))
+        Some(Input::Spectrum(FALLBACK))
     }
 
     /// Computes the spectrum of this plugin.
@@ -119,7 +119,7 @@ impl<'a> Query<'a, '_> {
             SpectrumValue::Uniform(v) => SpectrumValue::D65(v * scale),
             _ => {
                 self.error("color", "'color' is an RGB value");
-                HARMLESS
+                FALLBACK
             }
         })
     }
@@ -132,7 +132,7 @@ impl<'a> Query<'a, '_> {
             let message = "a regular spectrum has two values at least, from a 'wavelength_min' to a larger \
                            'wavelength_max'";
             self.error("values", message);
-            return HARMLESS;
+            return FALLBACK;
         }
         let step = (max - min) / (values.len() - 1) as f64;
         let pairs = values.iter().enumerate();
@@ -147,7 +147,7 @@ impl<'a> Query<'a, '_> {
             let message = "an irregular spectrum has two 'wavelengths' at least, which increase, and as many \
                            'values'";
             self.error("values", message);
-            return HARMLESS;
+            return FALLBACK;
         }
         SpectrumValue::Sampled(wavelengths.into_iter().zip(values).collect())
     }
@@ -158,7 +158,7 @@ impl<'a> Query<'a, '_> {
             Value::Vector(v) | Value::Point(v) => Some(SpectrumValue::Rgb(v.to_array())),
             value => as_spectrum(value),
         });
-        self.settle("value", "float", lookup, None, HARMLESS)
+        self.settle("value", "float", lookup, None, FALLBACK)
     }
 
     /// Reads a list of finite numbers from a text.

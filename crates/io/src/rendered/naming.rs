@@ -6,7 +6,7 @@ use transport::Film;
 use transport::film::LightParts;
 
 /// Minimum number of digits of bin numbers, so that alphabetical order is numerical order.
-const DIGITS: usize = 4;
+const MIN_DIGITS: usize = 4;
 
 /// Data for naming layers.
 #[derive(Clone, Copy, Debug)]
@@ -39,7 +39,7 @@ impl<'a> Naming<'a> {
         let mut parts = Vec::new();
         if let Some(bins) = &decomposition.length {
             let slot = match length.checked_sub(bins.count) {
-                None => format!("{length:0DIGITS$}"),
+                None => format!("{length:0MIN_DIGITS$}"),
                 Some(0) => "under".into(),
                 Some(_) => "over".into(),
             };

@@ -160,7 +160,7 @@ const TELECENTRIC: &[Parameter] = &[
 ];
 
 /// Largest number of bins along an axis of a meter.
-const MOST_BINS: f64 = 1048576.0;
+const MAX_BINS: f64 = 1048576.0;
 
 const READING: &[Parameter] = &[
     word(
@@ -192,10 +192,10 @@ const CELLS: &[Parameter] = &[
         "shape of the cells",
     ),
     TO_WORLD,
-    integer("nx", "number of cells along x; required if cartesian").within(1.0, MOST_BINS),
-    integer("ny", "number of cells along y; required if cartesian").within(1.0, MOST_BINS),
-    integer("nz", "number of cells along z; required unless spherical").within(1.0, MOST_BINS),
-    integer("nr", "number of rings or shells; required unless cartesian").within(1.0, MOST_BINS),
+    integer("nx", "number of cells along x; required if cartesian").within(1.0, MAX_BINS),
+    integer("ny", "number of cells along y; required if cartesian").within(1.0, MAX_BINS),
+    integer("nz", "number of cells along z; required unless spherical").within(1.0, MAX_BINS),
+    integer("nr", "number of rings or shells; required unless cartesian").within(1.0, MAX_BINS),
     word(
         "estimator",
         &["track_length", "collision"],
@@ -219,13 +219,13 @@ const CELLS: &[Parameter] = &[
 
 const SURFACE: &[Parameter] = &[
     integer("nu", "number of bins of position along u")
-        .within(1.0, MOST_BINS)
+        .within(1.0, MAX_BINS)
         .or(1.0),
     integer("nv", "number of bins of position along v")
-        .within(1.0, MOST_BINS)
+        .within(1.0, MAX_BINS)
         .or(1.0),
     boolean("parts", false, "true to separate the sides of the shape"),
-    integer("cosine_bins", "number of bins of the cosine").within(1.0, MOST_BINS),
+    integer("cosine_bins", "number of bins of the cosine").within(1.0, MAX_BINS),
     vector("cosine_axis", "axis of the cosine, not zero").or_computed("the normal"),
     vector("center", "centre of the disc that accepts light"),
     float("radius", "radius of the disc that accepts light").positive(),

@@ -6,7 +6,7 @@ use glam::DVec3;
 use std::f64::consts::TAU;
 
 /// Largest number of points of a surface.
-const MOST_POINTS: f64 = 1e6;
+const MAX_POINTS: f64 = 1e6;
 
 /// A surface that moves along its normals.
 #[derive(Clone, Debug, PartialEq)]
@@ -249,9 +249,9 @@ fn positive(what: &'static str, value: f64) -> Result<(), TransducerError> {
         .ok_or(TransducerError::Size { what, value })
 }
 
-/// Refuses more than [`MOST_POINTS`] points.
+/// Refuses more than [`MAX_POINTS`] points.
 fn bounded(points: f64) -> Result<(), TransducerError> {
-    (points <= MOST_POINTS)
+    (points <= MAX_POINTS)
         .then_some(())
         .ok_or(TransducerError::TooLarge(points))
 }

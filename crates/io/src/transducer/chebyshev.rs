@@ -24,7 +24,7 @@ struct Axis {
 }
 
 /// Largest number of weights of an axis.
-const MOST_WEIGHTS: f64 = 2e7;
+const MAX_WEIGHTS: f64 = 2e7;
 
 impl<'p> Chebyshev<'p> {
     /// Makes the nodes for sound that varies as fast as `density` states.
@@ -74,7 +74,7 @@ impl Axis {
                 weights: None,
             });
         }
-        if count * size as f64 > MOST_WEIGHTS {
+        if count * size as f64 > MAX_WEIGHTS {
             return Err(TransducerError::LongBox { samples: size });
         }
         let count = count as usize;

@@ -20,9 +20,9 @@ use rayleigh::Sources;
 
 /// Least distance of points from a transducer, in wavelengths. Shorter distances need more points
 /// for the integral.
-pub const NEAREST: f64 = 0.5;
+pub const MIN_DISTANCE: f64 = 0.5;
 /// Largest number of pairs of a grid point and a surface point: half a minute on one CPU core.
-const MOST_PAIRS: f64 = 1e10;
+const MAX_PAIRS: f64 = 1e10;
 
 /// A transducer that oscillates at one frequency.
 #[derive(Clone, Debug, PartialEq)]
@@ -86,14 +86,14 @@ impl Transducer {
     ///
     /// - sizes that are not positive,
     /// - delays or weights that differ in number from the elements,
-    /// - points nearer to the surface than [`NEAREST`],
+    /// - points nearer to the surface than [`MIN_DISTANCE`],
     /// - more work than half a minute of a processor core.
     pub fn amplitudes(&self, places: &Places) -> Result<Vec<[f64; 2]>, TransducerError> {
         let density = self.density(places)?;
         let sources = self.sources(&density)?;
         let nodes = Chebyshev::new(places, &density)?;
         let (count, points) = (nodes.count(), sources.len());
-        if count as f64 * points as f64 > MOST_PAIRS {
+        if count as f64 * points as f64 > MAX_PAIRS {
             return Err(TransducerError::TooMuchWork {
                 places: count,
                 points,
@@ -121,7 +121,7 @@ impl Transducer {
     /// Returns the density of points that the sound in a box needs.
     fn density(&self, places: &Places) -> Result<Density, TransducerError> {
         self.aperture.check()?;
-        let least = NEAREST * self.wavelength;
+        let least = MIN_DISTANCE * self.wavelength;
         let dense = Density {
             wavelength: self.wavelength,
             distance: least,

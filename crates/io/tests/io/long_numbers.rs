@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 /// Numbers whose digits, written out, would fill lines.
 const NUMBERS: [f64; 5] = [-1.0, 1e300, -1e300, 1e-300, -1e-300];
 /// Maximum number of digits of a well-formatted number.
-const MOST_DIGITS: usize = 20;
+const MAX_DIGITS: usize = 20;
 
 /// A scene that places an object of a kind.
 fn scene(kind: PluginKind, object: Value) -> Value {
@@ -104,10 +104,7 @@ fn numbers_in_messages_are_short() {
             for object in objects(plugin) {
                 let scene = scene(kind, object);
                 let message = messages(&scene);
-                assert!(
-                    longest_number(&message) <= MOST_DIGITS,
-                    "{scene}\n{message}"
-                );
+                assert!(longest_number(&message) <= MAX_DIGITS, "{scene}\n{message}");
                 refused += usize::from(!message.is_empty());
             }
         }

@@ -13,7 +13,7 @@ use transport::meter::Meter;
 use transport::render::{Handle, MeasureOptions, RenderOptions, measure, memory, render};
 
 /// Memory limit of rendered images; larger ones are skipped.
-const MOST_MEMORY: usize = 1 << 20;
+const MAX_MEMORY: usize = 1 << 20;
 
 /// A valid scene, and the file that its relative paths start from.
 struct Example {
@@ -260,7 +260,7 @@ fn photograph(loaded: &Loaded) {
         decomposition: loaded.layering.decomposition,
         ..RenderOptions::new(loaded.renderer, 2, 1)
     };
-    if memory(loaded.scene(), &options) > MOST_MEMORY {
+    if memory(loaded.scene(), &options) > MAX_MEMORY {
         return;
     }
     let rendering = render(&loaded.groups, &options, |_| ControlFlow::Continue(()));

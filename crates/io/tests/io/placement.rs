@@ -13,7 +13,7 @@ use transport::meter::Meter;
 use transport::render::{Handle, MeasureOptions, Measurement, measure};
 
 /// Small relative distance from a face, for the limit of zero distance.
-const NEAR: f64 = 1e-9;
+const TOLERANCE: f64 = 1e-9;
 /// Relative distances that count as zero.
 const ON_FACE: [f64; 3] = [0.0, 1e-12, -1e-12];
 const FAMILY: f64 = 1e-3;
@@ -136,7 +136,7 @@ fn directed_emitters_on_faces_act_as_from_outside() {
                 });
                 found.collect::<Vec<_>>()
             };
-            let limit = run(-10.0 * NEAR);
+            let limit = run(-10.0 * TOLERANCE);
             for offset in ON_FACE {
                 for ((kind, found), (_, expected)) in run(10.0 * offset).iter().zip(&limit) {
                     assert!(expected[0] > 0.05, "{kind} {body}: {expected:?}");
@@ -470,7 +470,7 @@ fn sheets_that_let_light_through_do_not_hide_what_they_lie_on() {
             );
             picture(&text, 64).0
         };
-        let expected = seen(-1.0 + 1e3 * NEAR, false);
+        let expected = seen(-1.0 + 1e3 * TOLERANCE, false);
         for swapped in [false, true] {
             let found = seen(-1.0, swapped);
             let what = format!("{above} on {below}");
@@ -500,7 +500,7 @@ fn a_meter_on_a_face_reads_what_passes_it() {
             }
             readings(&parts, 60)
         };
-        let limit = with(-10.0 * NEAR, false);
+        let limit = with(-10.0 * TOLERANCE, false);
         for first in [false, true] {
             for ((name, found), (_, expected)) in with(0.0, first).iter().zip(&limit) {
                 assert_same(

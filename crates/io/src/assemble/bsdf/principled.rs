@@ -55,9 +55,9 @@ const THIN_RATES: [&str; 4] = [
 ];
 
 /// Minimum index of surfaces that transmit light. It keeps the surface from vanishing.
-const LEAST_ETA: f64 = 1.001;
+const MIN_ETA: f64 = 1.001;
 /// Minimum `specular` of surfaces that transmit light.
-const LEAST_SPECULAR: f64 = 1e-3;
+const MIN_SPECULAR: f64 = 1e-3;
 
 fn common<'a>(q: &mut Query<'a, '_>) -> Common<'a> {
     let base_color = colour(q, "base_color");
@@ -99,12 +99,12 @@ pub(super) fn solid<'a>(q: &mut Query<'a, '_>) -> Solid<'a> {
         }
         let eta = q.float("eta");
         if transmits && eta == 1.0 {
-            LEAST_ETA
+            MIN_ETA
         } else {
             eta
         }
     } else {
-        let least = if transmits { LEAST_SPECULAR } else { 0.0 };
+        let least = if transmits { MIN_SPECULAR } else { 0.0 };
         PrincipledParameters::eta_of(q.float("specular").max(least))
     };
     Solid {

@@ -219,7 +219,7 @@ const ROUNDING: f64 = 1e-9;
 
 /// Radius of a beam without a given size, relative to half the diagonal of the bounding box of all
 /// shapes.
-const THIN: f64 = 1e-3;
+const DEFAULT_RADIUS: f64 = 1e-3;
 
 /// Returns the radius of a beam without a given size.
 fn thin(objects: &[Object]) -> f64 {
@@ -227,9 +227,9 @@ fn thin(objects: &[Object]) -> f64 {
     let all = boxes.fold(Aabb::EMPTY, Aabb::union);
     let size = (all.max - all.min).length();
     if all.is_empty() || size == 0.0 {
-        THIN
+        DEFAULT_RADIUS
     } else {
-        0.5 * THIN * size
+        0.5 * DEFAULT_RADIUS * size
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::super::brightness::light;
 use super::super::context::Context;
-use super::super::transforms::DEFORMED;
+use super::super::transforms::MAX_DEFORMATION;
 use super::Host;
 use crate::query::Query;
 use crate::scene::ObjectDescription;
@@ -51,10 +51,10 @@ fn aperture(host: &Host) -> Option<Aperture> {
             width: 2.0 * x,
             height: 2.0 * y,
         },
-        Shape::Disk(_) if (x / y - 1.0).abs() <= DEFORMED => BeamProfile::Disc {
+        Shape::Disk(_) if (x / y - 1.0).abs() <= MAX_DEFORMATION => BeamProfile::Disc {
             radius: (x * y).sqrt(),
         },
         _ => return None,
     };
-    (error <= DEFORMED).then(|| Aperture::oriented(center, orientation, profile))
+    (error <= MAX_DEFORMATION).then(|| Aperture::oriented(center, orientation, profile))
 }

@@ -126,7 +126,7 @@ fn push(
 
 /// Maximum number of characters of an emitter's name, before a number is appended. The name becomes
 /// part of channel names in files.
-const LONGEST_NAME: usize = 60;
+const MAX_NAME_LENGTH: usize = 60;
 
 /// Returns the names of emitters: their ids, the names of the media that emit, or their kinds.
 /// Numbers make them unique, and dots are replaced.
@@ -142,7 +142,7 @@ pub(super) fn names(ids: &[Option<String>], parts: &Parts) -> Vec<String> {
             _ => None,
         };
         let id = own.or(medium).unwrap_or(emitter.kind());
-        let stem: String = id.replace('.', "_").chars().take(LONGEST_NAME).collect();
+        let stem: String = id.replace('.', "_").chars().take(MAX_NAME_LENGTH).collect();
         let number = next.entry(stem.clone()).or_insert(1);
         let mut name = stem.clone();
         while !taken.insert(name.clone()) {

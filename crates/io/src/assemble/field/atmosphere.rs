@@ -6,7 +6,7 @@ use eikonal::Field;
 use eikonal::field::{Coordinate, FieldError, IndexProfile};
 
 /// Radius of the Earth for geopotential heights, in metres.
-const EARTH: f64 = 6_356_766.0;
+const EARTH_RADIUS: f64 = 6_356_766.0;
 /// Hydrostatic constant g₀ M₀/R* in K/m, which determines the decrease of pressure with height.
 const HYDROSTATIC: f64 = 9.806_65 * 0.028_964_4 / 8.314_32;
 /// Specific gas constant R*/M₀ in J/(kg K).
@@ -33,9 +33,9 @@ const STEP: f64 = 50.0;
 /// Relative growth of the distance between samples outside the standard's range.
 const GROWTH: f64 = 0.05;
 /// Extent in metres of the samples on each side of the standard's range.
-const BEYOND: f64 = 4e5;
+const EXTENT: f64 = 4e5;
 /// Length in metres over which the density below the standard's range tends to a constant.
-const SETTLING: f64 = 1e4;
+const DECAY_LENGTH: f64 = 1e4;
 
 /// Builds the field of a volume of type `standard_atmosphere`, at the wavelength `nm` of the
 /// channel if it has one.
@@ -61,7 +61,7 @@ pub(super) fn build(q: &mut Query, nm: Option<f64>) -> Option<Result<Field, Fiel
 
 /// Returns the density in kg/m³ at a height in metres within the range of the standard.
 fn density(height: f64) -> f64 {
-    let geopotential = EARTH * height / (EARTH + height);
+    let geopotential = EARTH_RADIUS * height / (EARTH_RADIUS + height);
     let (mut pressure, mut temperature) = (PRESSURE, TEMPERATURE);
     for (i, [base, lapse]) in LAYERS.into_iter().enumerate() {
         let next = LAYERS.get(i + 1).map_or(f64::MAX, |[next, _]| *next);
@@ -88,7 +88,8 @@ fn densities() -> impl Iterator<Item = [f64; 2]> {
     // Decrease of the logarithm of the density per metre, at both ends of the range.
     let fall = (density(low) / density(low + 1.0)).ln();
     let thinning = (density(high - 1.0) / density(high)).ln();
-    let below = move |d: f64| bottom * (1.0 + fall * SETTLING * (1.0 - (-d / SETTLING).exp()));
+    let below =
+        move |d: f64| bottom * (1.0 + fall * DECAY_LENGTH * (1.0 - (-d / DECAY_LENGTH).exp()));
     let under: Vec<f64> = offsets().collect();
     let under = under.into_iter().rev().map(move |d| [low - d, below(d)]);
     let count = ((high - low) / STEP) as usize;
@@ -100,7 +101,7 @@ fn densities() -> impl Iterator<Item = [f64; 2]> {
 /// Returns growing distances from the standard's range, in metres.
 fn offsets() -> impl Iterator<Item = f64> {
     let next = |d: &f64| Some(d + STEP + GROWTH * d);
-    std::iter::successors(Some(STEP), next).take_while(|d| *d < BEYOND)
+    std::iter::successors(Some(STEP), next).take_while(|d| *d < EXTENT)
 }
 
 #[cfg(test)]

@@ -7,14 +7,14 @@ use eikonal::field::Bspline;
 
 /// Maximum relative change of n², independent of the samples' rounding: the resolution of single
 /// precision.
-const MOST: f64 = 6e-7;
+const MAX_RELATIVE_CHANGE: f64 = 6e-7;
 /// Rounding error of spline coefficients, relative to the range of n². Coefficients are stored in
 /// single precision, and each filter adds rounding.
-const OF_COEFFICIENTS: f64 = 4.0 / (1u64 << 24) as f64;
+const COEFFICIENT_ROUNDING: f64 = 4.0 / (1u64 << 24) as f64;
 /// Maximum deviation of a condensed spline from rounded samples, in units of the rounding. Rounded
 /// samples are wrong by up to half a unit. A spline through a subset of millions of samples hardly
 /// ever deviates from the others by more than two units.
-const UNITS: f64 = 2.5;
+const MAX_DEVIATION: f64 = 2.5;
 
 /// Grid of the index that is stored with fewer samples than the scene gives, because fewer samples
 /// describe the index equally well.
@@ -36,9 +36,11 @@ pub struct CondensedGrid {
 /// the samples, in either order. `rounding` is the standard deviation of the rounding of n.
 pub(super) fn tolerance(ends: [f64; 2], rounding: f64) -> f64 {
     let (least, most) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
-    let of_samples = UNITS * 2.0 * most * rounding * 12f64.sqrt();
-    let of_coefficients = OF_COEFFICIENTS * (most * most - least * least);
-    of_samples.max(of_coefficients).min(MOST * most * most)
+    let of_samples = MAX_DEVIATION * 2.0 * most * rounding * 12f64.sqrt();
+    let of_coefficients = COEFFICIENT_ROUNDING * (most * most - least * least);
+    of_samples
+        .max(of_coefficients)
+        .min(MAX_RELATIVE_CHANGE * most * most)
 }
 
 /// Records that a grid of a file is stored as a field of fewer samples.

@@ -21,7 +21,7 @@ use eikonal::{Aabb, Field, Shown};
 
 /// Minimum plausible index. No transparent matter has a smaller index, so a smaller value comes
 /// from wrong units.
-const LEAST_INDEX: f64 = 0.9;
+const MIN_INDEX: f64 = 0.9;
 
 /// Samples of a grid, in single precision if the file has that, so that they need no more memory
 /// than the file.
@@ -390,7 +390,7 @@ fn smoothing(query: &mut Query) -> Smoothing {
 }
 
 /// Maximum relative contributions of rounding to first and second derivatives without a warning.
-const MOST_NOISE: [f64; 2] = [1e-3, 0.1];
+const MAX_NOISE: [f64; 2] = [1e-3, 0.1];
 
 /// Warns if rounding of the samples contributes too much to the derivatives of the index.
 fn warn_of_noise(
@@ -399,7 +399,7 @@ fn warn_of_noise(
     object: &ObjectDescription,
     context: &mut Context,
 ) {
-    if shares.first <= MOST_NOISE[0] && shares.second <= MOST_NOISE[1] {
+    if shares.first <= MAX_NOISE[0] && shares.second <= MAX_NOISE[1] {
         return;
     }
     let percent = |share: f64| match 100.0 * share {
@@ -463,7 +463,7 @@ fn check(
 ) -> Option<()> {
     let bad = samples.find(|q| {
         let n = law.index(*q);
-        !n.is_finite() || n < LEAST_INDEX
+        !n.is_finite() || n < MIN_INDEX
     });
     let Some(q) = bad else {
         return Some(());

@@ -8,7 +8,7 @@ use eikonal::field::{Coordinate, FieldError, IndexProfile};
 use glam::{DAffine3, DVec3};
 
 /// Half size of the box of a table along axes on which the index does not depend.
-const FAR: f64 = 1e100;
+const HALF_SIZE: f64 = 1e100;
 
 /// Builds the field of a volume of type `profile`; `None` after an error. Also returns the map from
 /// the unit cube to the box that the samples cover.
@@ -28,10 +28,13 @@ pub(super) fn build(
 /// Returns the map from the unit cube to a box. In the box the coordinate varies from the first of
 /// the `ends` to the last, or is a distance up to the last.
 fn extent(coordinate: Coordinate, [first, last]: [f64; 2]) -> DAffine3 {
-    let (low, high) = (DVec3::splat(-FAR), DVec3::splat(FAR));
+    let (low, high) = (DVec3::splat(-HALF_SIZE), DVec3::splat(HALF_SIZE));
     let (min, max) = match coordinate {
         Coordinate::R => (DVec3::splat(-last), DVec3::splat(last)),
-        Coordinate::Rho => (DVec3::new(-last, -last, -FAR), DVec3::new(last, last, FAR)),
+        Coordinate::Rho => (
+            DVec3::new(-last, -last, -HALF_SIZE),
+            DVec3::new(last, last, HALF_SIZE),
+        ),
         Coordinate::X => (low.with_x(first), high.with_x(last)),
         Coordinate::Y => (low.with_y(first), high.with_y(last)),
         Coordinate::Z => (low.with_z(first), high.with_z(last)),

@@ -3,13 +3,13 @@
 use crate::element::Element;
 
 /// Maximum number of samples that are examined.
-const MOST: usize = 4096;
+const MAX_SAMPLES: usize = 4096;
 /// Maximum number of decimal digits for which rounding to decimals is detected.
-const MOST_DIGITS: i32 = 9;
+const MAX_DIGITS: i32 = 9;
 
 /// Minimum number of distinct values of rounded samples. Fewer values are labels of materials,
 /// which are exact.
-const FEWEST_LEVELS: usize = 16;
+const MIN_LEVELS: usize = 16;
 
 /// Rounding of samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,9 +36,9 @@ impl Rounding {
     /// been rounded before to 32 bits or to five decimals.
     pub(super) fn of(element: Element, count: usize, at: impl Fn(usize) -> f64) -> Self {
         let stride = stride(count);
-        let looked_at = (0..count.min(MOST)).map(|i| at(i * stride % count));
+        let looked_at = (0..count.min(MAX_SAMPLES)).map(|i| at(i * stride % count));
         let samples: Vec<f64> = looked_at.collect();
-        let is_graded = levels(&samples) >= FEWEST_LEVELS;
+        let is_graded = levels(&samples) >= MIN_LEVELS;
         let all = |rounded: &dyn Fn(f64) -> bool| samples.iter().all(|v| rounded(*v));
         if element.is_integer() && is_graded {
             return Self::steps(1.0);
@@ -47,7 +47,7 @@ impl Rounding {
         // them, because decimals are themselves rounded to this type.
         let is_multiple = |v: f64, per: f64| element.nearest((v * per).round() / per) == v;
         let fine = 100.0 * Self::floats(element, &samples);
-        let mut scales = (0..=MOST_DIGITS).map(|digits| 10f64.powi(digits));
+        let mut scales = (0..=MAX_DIGITS).map(|digits| 10f64.powi(digits));
         let told = scales.find(|per| fine * per < 1.0 && all(&|v| is_multiple(v, *per)));
         if let Some(per) = told.filter(|_| is_graded) {
             return Self::steps(1.0 / per);

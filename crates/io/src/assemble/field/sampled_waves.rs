@@ -8,14 +8,14 @@ use std::f64::consts::TAU;
 
 /// Maximum ratio of measured and expected squared wave numbers. A larger ratio is a mistake: wrong
 /// units, a coarse grid, or noise.
-const ALIKE: f64 = 1.6;
+const MAX_RATIO: f64 = 1.6;
 /// Approximate maximum number of samples that are examined.
-const LOOKED_AT: usize = 1_000_000;
+const MAX_EXAMINED: usize = 1_000_000;
 /// Minimum number of samples per wavelength that show the change of pressure between samples.
-const FEWEST: f64 = 3.0;
+const MIN_SAMPLES_PER_WAVELENGTH: f64 = 3.0;
 
 /// Minimum number of examined samples with neighbours on all sides for a result.
-const LEAST_LOOKED_AT: usize = 8;
+const MIN_EXAMINED: usize = 8;
 
 /// Returns a warning about complex amplitudes of sound whose waves do not fit the given wavelength.
 /// In `pressure` x varies fastest.
@@ -27,7 +27,7 @@ pub(super) fn doubt(
     let axes = Axis::of(record.size, record.spacing());
     let found = squared_wave_number(pressure, &axes)?;
     let expected = (TAU / wavelength).powi(2);
-    if (1.0 / ALIKE..ALIKE).contains(&(found / expected)) {
+    if (1.0 / MAX_RATIO..MAX_RATIO).contains(&(found / expected)) {
         return None;
     }
     let found = match TAU / found.sqrt() {
@@ -38,9 +38,9 @@ pub(super) fn doubt(
         "the samples are of waves {found}, but by 'frequency' and 'sound_speed' the sound has a wavelength of {wavelength:.2e} (scene units)"
     );
     let coarsest = axes.iter().map(|axis| axis.spacing).fold(0.0, f64::max);
-    let help = if coarsest * FEWEST > wavelength {
+    let help = if coarsest * MIN_SAMPLES_PER_WAVELENGTH > wavelength {
         format!(
-            "phases of light need {FEWEST} samples or more to a wavelength where pressure varies: there are {:.2}",
+            "phases of light need {MIN_SAMPLES_PER_WAVELENGTH} samples or more to a wavelength where pressure varies: there are {:.2}",
             wavelength / coarsest
         )
     } else {
@@ -79,7 +79,7 @@ impl Axis {
 /// differences. `None` if too few samples with pressure have neighbours.
 fn squared_wave_number(pressure: &[[f64; 2]], axes: &[Axis]) -> Option<f64> {
     // Make the stride odd, so that it visits all columns of even grids.
-    let stride = (pressure.len() / LOOKED_AT) | 1;
+    let stride = (pressure.len() / MAX_EXAMINED) | 1;
     let inner = |i: &usize| !axes.is_empty() && axes.iter().all(|axis| axis.is_inner(*i));
     let (mut bending, mut power, mut count) = (0.0, 0.0, 0);
     for i in (0..pressure.len()).step_by(stride).filter(inner) {
@@ -92,7 +92,7 @@ fn squared_wave_number(pressure: &[[f64; 2]], axes: &[Axis]) -> Option<f64> {
             }
         }
     }
-    let is_known = count >= LEAST_LOOKED_AT && power > 0.0 && bending.is_finite();
+    let is_known = count >= MIN_EXAMINED && power > 0.0 && bending.is_finite();
     is_known.then(|| bending / power)
 }
 

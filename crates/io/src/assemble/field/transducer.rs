@@ -17,10 +17,10 @@ use std::f64::consts::TAU;
 
 /// Default number of samples per wavelength. docs/validation.md states the error of the spline
 /// through them.
-const SAMPLES: f64 = 10.0;
+const SAMPLES_PER_WAVELENGTH: f64 = 10.0;
 /// Memory in bytes per sample during the computation: the amplitude in double precision, the
 /// amplitude of the field, and the coefficient.
-const BYTES: u64 = 40;
+const BYTES_PER_SAMPLE: u64 = 40;
 /// Parameters that only some apertures have.
 const OF_APERTURES: [&str; 9] = [
     "radius",
@@ -67,7 +67,10 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
     }
     let size = described.size();
     let count = size.iter().product::<f64>();
-    let permitted = context.files.limits().permit(count as u64, BYTES, 0);
+    let permitted = context
+        .files
+        .limits()
+        .permit(count as u64, BYTES_PER_SAMPLE, 0);
     context.accept(&object.location, permitted)?;
     let pressure = described.pressure(size.map(|n| n as usize));
     let pressure = context.accept(&object.location, pressure)?;
@@ -106,7 +109,7 @@ impl Description {
                 "the box of the sound is empty: 'max' must be larger than 'min' along each axis";
             q.error("max", message);
         }
-        let spacing = q.float_or("spacing", wavelength / SAMPLES);
+        let spacing = q.float_or("spacing", wavelength / SAMPLES_PER_WAVELENGTH);
         if spacing > 0.5 * wavelength {
             let message = format!(
                 "a spacing of {spacing:.3e} is too large for the wavelength {wavelength:.3e} of the sound: leave 'spacing' out, or give at most half the wavelength"

@@ -9,9 +9,9 @@ use crate::volume::series::{FrameSums, Series, SeriesShape};
 use glam::DVec3;
 
 /// Maximum fraction of the pressure (root mean square) at other frequencies without a warning.
-const MOST_OTHER: f64 = 0.05;
+const MAX_OTHER: f64 = 0.05;
 /// Maximum number of periods for a fit.
-const MOST_PERIODS: f64 = 1e6;
+const MAX_PERIODS: f64 = 1e6;
 
 /// Requested content of a volume of pressure that changes in time.
 pub(super) enum Asked {
@@ -103,7 +103,7 @@ impl Asked {
             frequency,
             wavelength: speed / frequency,
             time_step: positive(q, "time_step"),
-            periods: positive(q, "periods").map(|n| n.min(MOST_PERIODS)),
+            periods: positive(q, "periods").map(|n| n.min(MAX_PERIODS)),
             time_phase: q.float("time_phase"),
             elasto_optic: elasto_optic(q),
         }))
@@ -207,7 +207,7 @@ impl Wave {
             });
         }
         if let (Some(residual), Some((step, _))) = (record.residual, record.time_step)
-            && residual > MOST_OTHER
+            && residual > MAX_OTHER
         {
             doubts.push(WaveDoubt {
                 message: format!(

@@ -6,7 +6,7 @@ use std::ops::Range;
 
 /// Minimum number of samples of the pressure per period. Fewer samples cannot separate the sound
 /// from its overtones.
-const LEAST_PER_PERIOD: f64 = 4.0;
+const MIN_SAMPLES_PER_PERIOD: f64 = 4.0;
 
 /// Parameters of a time series of sound.
 pub(super) struct Oscillation {
@@ -52,9 +52,9 @@ impl WaveFit {
         let (step, count) = (series.step, series.frames);
         let turns = series.frequency * step;
         let per_period = 1.0 / turns;
-        if per_period < LEAST_PER_PERIOD {
+        if per_period < MIN_SAMPLES_PER_PERIOD {
             return Err(format!(
-                "a period of the sound has {per_period:.2} samples in time, of {step:.3e} s each: at least {LEAST_PER_PERIOD} are \
+                "a period of the sound has {per_period:.2} samples in time, of {step:.3e} s each: at least {MIN_SAMPLES_PER_PERIOD} are \
                  needed"
             ));
         }
@@ -63,7 +63,7 @@ impl WaveFit {
         let half = (0.5 * count as f64 / per_period).floor();
         let periods = series.periods.unwrap_or(half.max(1.0));
         let samples = (periods * per_period).round() as usize;
-        if samples > count || samples < LEAST_PER_PERIOD as usize {
+        if samples > count || samples < MIN_SAMPLES_PER_PERIOD as usize {
             return Err(format!(
                 "the pressure has {count} samples in time, {:.2} periods of the sound: {periods} cannot be fitted",
                 count as f64 / per_period

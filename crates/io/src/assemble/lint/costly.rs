@@ -11,9 +11,9 @@ use transport::scene::{ProblemSeverity, Scene, SceneProblem, Subject};
 
 /// Number of steps of a ray across a medium above which the scene is probably wrong. Lenses take
 /// about ten steps.
-const MANY: f64 = 2000.0;
+const MAX_STEPS: f64 = 2000.0;
 /// Largest ratio of the true and the estimated number of steps.
-const WITHIN: f64 = 2.0;
+const MAX_ESTIMATE_RATIO: f64 = 2.0;
 /// Number of bisections that locate the end of a cut line.
 const BISECTIONS: usize = 30;
 /// Number of intervals on each line through a medium, at whose ends the index is evaluated.
@@ -123,7 +123,7 @@ fn costly(scene: &Scene, medium: usize) -> Option<SceneProblem> {
     let steps = steps_across(scene, medium);
     let name = &scene.medium(medium).name;
     let what = parameter(&scene.medium(medium).index);
-    let fate = if WITHIN * steps > STEPS_PER_RAY as f64 {
+    let fate = if MAX_ESTIMATE_RATIO * steps > STEPS_PER_RAY as f64 {
         format!("rays are given up after {STEPS_PER_RAY}, and their light is missing")
     } else {
         "the render takes very long".into()
@@ -135,7 +135,7 @@ fn costly(scene: &Scene, medium: usize) -> Option<SceneProblem> {
         "check {what} against the size of the medium; a larger 'tolerance' of the integrator takes fewer steps"
     );
     let subject = Subject::Medium(medium);
-    (steps > MANY).then(|| SceneProblem::warning(lints::MANY_STEPS, subject, message, help))
+    (steps > MAX_STEPS).then(|| SceneProblem::warning(lints::MANY_STEPS, subject, message, help))
 }
 
 /// Returns the parameter that determines the length scale of a field.

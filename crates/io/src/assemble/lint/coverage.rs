@@ -5,7 +5,7 @@ use crate::diagnostic::lints;
 use transport::bsdf::Bsdf;
 use transport::emitter::{Class, Emitter};
 use transport::integrator::{Integrator, RequiredConnection};
-use transport::scene::{Object, Scene, SceneProblem, Subject, MAX_TOTAL_REFLECTIONS};
+use transport::scene::{MAX_TOTAL_REFLECTIONS, Object, Scene, SceneProblem, Subject};
 use transport::sensor::Sensor;
 
 /// Surfaces of a scene that reflect light along paths which connections do not follow.
@@ -122,7 +122,7 @@ fn from_emitter(walls: &Walls, subject: Subject, kind: &str) -> Vec<SceneProblem
 
 /// Minimum probability that a connection to a narrow beam contributes. Below it, the mean of the
 /// connections cannot be trusted.
-const SELDOM: f64 = 1e-3;
+const MIN_CONTRIBUTION_PROBABILITY: f64 = 1e-3;
 
 /// Returns a warning about a fibre with cones so narrow that connections rarely contribute.
 fn narrow(scene: &Scene, subject: Subject, emitter: &Emitter) -> Option<SceneProblem> {
@@ -130,7 +130,7 @@ fn narrow(scene: &Scene, subject: Subject, emitter: &Emitter) -> Option<ScenePro
         return None;
     };
     let share = fiber.share_seen(2.0 * scene.around().radius);
-    (share < SELDOM).then(|| {
+    (share < MIN_CONTRIBUTION_PROBABILITY).then(|| {
         let message = format!(
             "the cone of this fiber is so narrow that only about one connection in {:.0e} to its aperture carries light: its light is missing until a sample finds it",
             share.recip()

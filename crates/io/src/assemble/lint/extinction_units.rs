@@ -5,10 +5,10 @@ use transport::scene::{ProblemSeverity, Scene, SceneProblem, Subject};
 
 /// Optical thickness of a medium above which its unit is probably wrong. The densest ordinary media
 /// (milk, paint) in scenes of decimetres in millimetres stay below 1e4.
-const MOST: f64 = 1e5;
+const MAX_THICKNESS: f64 = 1e5;
 /// Optical thickness of the whole scene, filled with a medium, below which the light from the
 /// medium is below the noise.
-const LEAST: f64 = 1e-5;
+const MIN_THICKNESS: f64 = 1e-5;
 
 /// Returns a warning for each uniform medium that is practically opaque, or invisible even if it
 /// filled the scene. `warned` has other warnings: a medium gets one.
@@ -28,9 +28,9 @@ pub(super) fn warnings(scene: &Scene, warned: &[SceneProblem]) -> Vec<SceneProbl
         }
         let thickness = extinction * region.aabb.diagonal();
         let of_scene = extinction * 2.0 * scene.around().radius;
-        let (what, thickness) = if thickness > MOST {
+        let (what, thickness) = if thickness > MAX_THICKNESS {
             ("is opaque: its optical thickness is", thickness)
-        } else if of_scene < LEAST {
+        } else if of_scene < MIN_THICKNESS {
             (
                 "is invisible: across the whole scene, its optical thickness is",
                 of_scene,

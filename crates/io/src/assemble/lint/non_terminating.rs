@@ -7,7 +7,7 @@ use transport::scene::{Region, Scene, SceneProblem, Subject};
 
 /// Number of collisions of a path above which the scene is probably wrong. A path of this length
 /// takes a tenth of a second.
-const MANY: f64 = 1e6;
+const MAX_COLLISIONS: f64 = 1e6;
 
 /// Returns a warning for each uniform medium in which paths collide very often, unless something
 /// else ends them.
@@ -16,7 +16,7 @@ pub(super) fn warnings(scene: &Scene, integrator: &Integrator) -> Vec<SceneProbl
     let media = scene.media().iter().zip(scene.regions()).enumerate();
     media
         .map(|(i, (medium, region))| (i, medium, collisions(medium, region).min(end)))
-        .filter(|(.., number)| *number > MANY)
+        .filter(|(.., number)| *number > MAX_COLLISIONS)
         .map(|(i, medium, number)| warning(i, &medium.name, number))
         .collect()
 }

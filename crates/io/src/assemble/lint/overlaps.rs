@@ -9,9 +9,9 @@ use transport::scene::Object;
 const PROBES: u64 = 64;
 /// Depth of the tested points under the surface, relative to the size of the shape. Shapes that
 /// only touch do not overlap at this depth.
-const DEPTH: f64 = 1e-6;
+const PROBE_DEPTH: f64 = 1e-6;
 /// Maximum number of pairs of shapes that are tested.
-const MOST_PAIRS: usize = 1000;
+const MAX_PAIRS: usize = 1000;
 
 /// Adds a note about the first two shapes whose media overlap, and about the medium that is used.
 pub(in super::super) fn note(context: &mut Context) {
@@ -52,10 +52,10 @@ fn first(context: &Context) -> Option<[usize; 2]> {
         let near = later.take_while(|b| aabb(*b).min.x <= aabb(a).max.x);
         let near = near.filter(|b| aabb(a).overlaps(&aabb(*b)));
         pairs.extend(
-            near.take(MOST_PAIRS - pairs.len())
+            near.take(MAX_PAIRS - pairs.len())
                 .map(|b| [a.min(b), a.max(b)]),
         );
-        if pairs.len() == MOST_PAIRS {
+        if pairs.len() == MAX_PAIRS {
             break;
         }
     }
@@ -78,7 +78,7 @@ fn overlap([a, b]: [&Object; 2]) -> bool {
 
 /// Returns true if some points just under the surface of `a` lie in `b` and others do not.
 fn crosses(a: &Object, b: &Object) -> bool {
-    let depth = DEPTH * a.shape.aabb().diagonal();
+    let depth = PROBE_DEPTH * a.shape.aabb().diagonal();
     let inside = |k: u64| {
         let sample = a.shape.sample_area(Sampler::new(1, k, 0).next_2d());
         let inward = if a.shape.has_flipped_normals() {

@@ -9,7 +9,7 @@ use transport::scene::{Scene, SceneProblem, Subject};
 
 /// Smallest ratio of the scene's angular size to a field of view that is probably in radians. Taken
 /// as radians, the field of view is 57 times as wide, and the scene fills more than a third of it.
-const LEAST_RATIO: f64 = 20.0;
+const MIN_RATIO: f64 = 20.0;
 
 /// Returns a warning if the scene extends far beyond the view of a camera, and the number of
 /// degrees could be an angle in radians.
@@ -23,7 +23,7 @@ pub(in super::super) fn warning(camera: &ObjectDescription, scene: &Scene) -> Op
     let objects = scene.objects().iter().map(|o| o.shape.aabb());
     let all = objects.fold(Aabb::EMPTY, Aabb::union);
     let size = angular_size(&all, scene.sensor().position()).to_degrees();
-    let is_narrow = fov < PI && size > LEAST_RATIO * fov;
+    let is_narrow = fov < PI && size > MIN_RATIO * fov;
     is_narrow.then(|| {
         SceneProblem::warning(
             lints::NARROW_VIEW,

@@ -8,7 +8,7 @@ use transport::scene::Object;
 
 /// Fraction of the largest side by which a shape may extend beyond a grid without a warning. It
 /// covers the rounding in files.
-const BEYOND: f64 = 1e-3;
+const MAX_EXCESS: f64 = 1e-3;
 
 /// Warns about each grid beyond which a shape with the grid's medium extends, once per grid.
 pub(in super::super) fn warnings(
@@ -32,7 +32,7 @@ fn is_beyond(shape: &Aabb, to_world: &DAffine3) -> bool {
     let grid = Aabb::around(cube.map(|p| to_world.transform_point3(p)));
     let side = |of: &Aabb| (of.max - of.min).max_element();
     // Use the smaller size: tables are infinite across their coordinate.
-    let slack = BEYOND * side(&grid).min(side(shape));
+    let slack = MAX_EXCESS * side(&grid).min(side(shape));
     let low = (grid.min - shape.min).max_element();
     let high = (shape.max - grid.max).max_element();
     low.max(high) > slack

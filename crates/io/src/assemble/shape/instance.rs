@@ -8,19 +8,19 @@ use crate::scene::{ObjectDescription, PluginKind};
 use glam::DAffine3;
 
 /// Maximum number of shapes in all copies together. They take some gigabytes of memory.
-const MOST_COPIES: usize = 10_000_000;
+const MAX_COPIES: usize = 10_000_000;
 
 /// Returns false, and reports an error, if the scene's instances make too many copies.
 pub(in super::super) fn fit(shapes: &[&ObjectDescription], context: &mut Context) -> bool {
     let holds = |o: &ObjectDescription| ["instance", "merge"].contains(&o.plugin.as_str());
     let holders = || shapes.iter().filter(|shape| holds(shape));
     let copies: usize = holders().map(|shape| shapes_in(shape)).sum();
-    if let (true, Some(first)) = (copies > MOST_COPIES, holders().next()) {
+    if let (true, Some(first)) = (copies > MAX_COPIES, holders().next()) {
         let message =
-            format!("the instances make {copies} shapes: at most {MOST_COPIES} are possible");
+            format!("the instances make {copies} shapes: at most {MAX_COPIES} are possible");
         context.error_at(&first.location, message);
     }
-    copies <= MOST_COPIES
+    copies <= MAX_COPIES
 }
 
 /// Returns the number of shapes for which a shape stands.

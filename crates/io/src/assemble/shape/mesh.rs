@@ -17,7 +17,7 @@ use std::sync::Arc;
 use transport::shape::{Mesh, Shape, ShapeError};
 
 /// Maximum number of triangles in all copies together. They take about ten gigabytes of memory.
-const MOST_COPIED: usize = 100_000_000;
+const MAX_COPIED_TRIANGLES: usize = 100_000_000;
 
 /// Builds the mesh that a shape names, at its position; `None` if its file cannot be read
 /// (reported). Keeps the originals of copies.
@@ -40,9 +40,10 @@ pub(super) fn mesh(
     };
     if copied {
         *sources.copied += original.mesh.triangles().len();
-        if *sources.copied > MOST_COPIED {
-            let message =
-                format!("instances are copies, and there are more than {MOST_COPIED} triangles");
+        if *sources.copied > MAX_COPIED_TRIANGLES {
+            let message = format!(
+                "instances are copies, and there are more than {MAX_COPIED_TRIANGLES} triangles"
+            );
             q.error("filename", message);
             return None;
         }

@@ -213,7 +213,7 @@ const OLDER_SKY: DMat4 = DMat4::from_cols_array(&[
 /// Angular diameter of the sun in degrees.
 const SUN_APERTURE: f64 = 0.5358;
 /// Angular diameter in degrees that replaces a point sun.
-const LEAST_APERTURE: f64 = 0.01;
+const MIN_APERTURE: f64 = 0.01;
 
 /// Translates the sky and sun of Mitsuba 0.6: one or two plugins with a common scale and other
 /// axes.
@@ -231,7 +231,7 @@ fn daylight(draft: &mut Draft, diagnostics: &mut Diagnostics) {
         }
     }
     imply(draft, "albedo", Implied::Float(0.2));
-    let aperture = (SUN_APERTURE * radius).max(LEAST_APERTURE);
+    let aperture = (SUN_APERTURE * radius).max(MIN_APERTURE);
     draft.set("sun_aperture", Value::Float(aperture));
     let to_world = draft.properties.iter().find(|p| p.name == "to_world");
     let before = match to_world.map(|p| &p.value) {

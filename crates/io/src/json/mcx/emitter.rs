@@ -12,10 +12,10 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// Radius of a beam without width, and height of a slit without height, in voxels.
-const THIN: f64 = 1e-6;
+const MIN_WIDTH: f64 = 1e-6;
 /// Largest cosine of the angle between a source's sides and its direction that counts as a right
 /// angle.
-const LEAN: f64 = 1e-6;
+const MAX_SKEW_COSINE: f64 = 1e-6;
 /// Fields of a source that morgana reads.
 const READ: [&str; 9] = [
     "Type", "Pos", "Dir", "Param1", "Param2", "Pattern", "Weight", "SrcNum", "ID",
@@ -94,7 +94,7 @@ impl Source {
     fn plain(&self, kind: &str, power: f64, unit: f64) -> Result<Value, String> {
         let [p, q] = [self.first, self.second];
         match kind {
-            "pencil" => Ok(self.disc("disc", THIN * unit, power, unit)),
+            "pencil" => Ok(self.disc("disc", MIN_WIDTH * unit, power, unit)),
             "disk" | "gaussian" if p[0] <= 0.0 => Err("the first number of Param1 must be its radius, above 0".to_owned()),
             "disk" if p[1] == 0.0 => Ok(self.disc("disc", p[0] * unit, power, unit)),
             "gaussian" if p[1] == 0.0 => Ok(self.disc("gaussian", p[0] * unit, power, unit)),
@@ -151,10 +151,10 @@ impl Source {
     /// perpendicular to the light. Columns of an image run along its first side, rows along its
     /// second.
     fn rectangle(&self, [u, v]: [DVec3; 2], power: f64, unit: f64) -> Result<Value, String> {
-        let square = u.dot(v).abs() <= LEAN * u.length() * v.length();
+        let square = u.dot(v).abs() <= MAX_SKEW_COSINE * u.length() * v.length();
         let across = [u, v]
             .iter()
-            .all(|e| e.dot(self.direction).abs() <= LEAN * e.length());
+            .all(|e| e.dot(self.direction).abs() <= MAX_SKEW_COSINE * e.length());
         if !square || !across || u.length() == 0.0 || v.length() == 0.0 {
             return Err("Param1 and Param2 must be perpendicular to one another and to Dir".into());
         }
@@ -173,14 +173,15 @@ impl Source {
     /// Makes an emitter of parallel light from a line perpendicular to the light.
     fn slit(&self, power: f64, unit: f64) -> Result<Value, String> {
         let line = DVec3::new(self.first[0], self.first[1], self.first[2]);
-        if line.length() == 0.0 || line.dot(self.direction).abs() > LEAN * line.length() {
+        if line.length() == 0.0 || line.dot(self.direction).abs() > MAX_SKEW_COSINE * line.length()
+        {
             return Err(
                 "Param1 must be the vector from one end of the line to the other, perpendicular to Dir".into(),
             );
         }
         Ok(json!({
             "type": "collimated", "profile": "rectangle", "power": power,
-            "width": line.length() * unit, "height": THIN * unit,
+            "width": line.length() * unit, "height": MIN_WIDTH * unit,
             "to_world": self.frame(self.position + 0.5 * line, line, unit),
         }))
     }

@@ -10,7 +10,7 @@ use flate2::read::{GzDecoder, ZlibDecoder};
 use std::io::Read;
 
 /// Fields of an array that morgana reads.
-const READ: [&str; 5] = [
+const KNOWN_FIELDS: [&str; 5] = [
     "_ArrayType_",
     "_ArraySize_",
     "_ArrayData_",
@@ -18,9 +18,9 @@ const READ: [&str; 5] = [
     "_ArrayZipData_",
 ];
 /// Fields on compression that morgana does not need to decompress an array.
-const HARMLESS: [&str; 2] = ["_ArrayZipSize_", "_ArrayZipLevel_"];
+const IGNORED_FIELDS: [&str; 2] = ["_ArrayZipSize_", "_ArrayZipLevel_"];
 /// Largest number of elements of an array.
-const MOST: usize = 1 << 31;
+const MAX_ELEMENTS: usize = 1 << 31;
 
 /// An array; its last axis runs fastest.
 pub(super) struct Array {
@@ -35,7 +35,7 @@ pub(super) fn is_one(node: &Node) -> bool {
 
 /// Decodes an array; `None` after an error.
 pub(super) fn array(node: &Node, reader: &mut Reader) -> Option<Array> {
-    reader.known(node, &READ, &HARMLESS);
+    reader.known(node, &KNOWN_FIELDS, &IGNORED_FIELDS);
     decoded(node)
         .map_err(|message| reader.error(node, format!("array of JData: {message}")))
         .ok()
@@ -46,7 +46,7 @@ fn decoded(node: &Node) -> Result<Array, String> {
     let shape = shape(node)?;
     let count = shape.iter().try_fold(1usize, |n, m| n.checked_mul(*m));
     let count = count
-        .filter(|n| (1..=MOST).contains(n))
+        .filter(|n| (1..=MAX_ELEMENTS).contains(n))
         .ok_or("an array needs _ArraySize_ and numbers")?;
     let values = match field(node, "_ArrayZipData_") {
         Some(data) => values(&unzipped(node, data, count * element.size())?, element),

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 /// Peak memory per voxel in bytes: labels as read (4), as numbers of the scene (4), as whole
 /// numbers (4), and as parts with the layers around them (1 + 1).
-const BYTES: u64 = 4 + 4 + 4 + 1 + 1;
+const BYTES_PER_VOXEL: u64 = 4 + 4 + 4 + 1 + 1;
 
 /// Labels of voxels; x runs fastest.
 pub(super) struct Labels {
@@ -42,7 +42,7 @@ impl Labels {
         if count == 0 {
             return Err(Problem::Empty("a volume needs voxels".into()));
         }
-        limits.check(count as u64, BYTES, 0)?;
+        limits.check(count as u64, BYTES_PER_VOXEL, 0)?;
         let data = vec![label; count];
         Ok(Labels { size, data })
     }

@@ -13,9 +13,9 @@ use std::sync::Arc;
 
 /// Pixels per period of a wave. Linear interpolation between pixel centres reduces the modulation
 /// by (π/64)²/3 = 0.08 %.
-const PER_PERIOD: f64 = 64.0;
+const PIXELS_PER_PERIOD: f64 = 64.0;
 /// Largest number of pixels of a wave.
-const MOST: f64 = 4_194_304.0;
+const MAX_PIXELS: f64 = 4_194_304.0;
 
 /// Relative irradiance across a source.
 pub(super) struct Pattern {
@@ -189,10 +189,10 @@ impl Wave {
         }
         let size = self
             .frequencies
-            .map(|f| (f.abs() * PER_PERIOD).ceil().max(1.0));
-        if size[0] * size[1] > MOST {
+            .map(|f| (f.abs() * PIXELS_PER_PERIOD).ceil().max(1.0));
+        if size[0] * size[1] > MAX_PIXELS {
             return Err(format!(
-                "at {PER_PERIOD} pixels per period its image would have {} x {} pixels, more than {MOST}",
+                "at {PIXELS_PER_PERIOD} pixels per period its image would have {} x {} pixels, more than {MAX_PIXELS}",
                 size[0], size[1]
             ));
         }

@@ -12,7 +12,7 @@ use transport::phase::{Phase, PhaseByLabel};
 use transport::volume::{GridError, LabelGrid, VolumeGrid, VolumeTexture};
 
 /// Maximum number of groups, and of labels in a group: their numbers are stored as bytes.
-const MOST: usize = 255;
+const MAX_GROUPS: usize = 255;
 
 /// Groups of the labels of a volume.
 pub(super) struct Groups {
@@ -75,9 +75,9 @@ impl Groups {
         if right && groups.is_empty() {
             context.error_at(&object.location, "no voxel has a label with a medium");
             right = false;
-        } else if groups.len() > MOST || groups.iter().any(|g| g.members.len() > MOST) {
+        } else if groups.len() > MAX_GROUPS || groups.iter().any(|g| g.members.len() > MAX_GROUPS) {
             let message =
-                format!("there are more than {MOST} indices, or labels of the same index");
+                format!("there are more than {MAX_GROUPS} indices, or labels of the same index");
             context.error_at(&object.location, message);
             right = false;
         }

@@ -128,14 +128,14 @@ impl Table {
 }
 
 /// Maximum number of labels in a range.
-const MOST: u32 = 65_536;
+const MAX_LABELS: u32 = 65_536;
 
 /// Parses labels: numbers and ranges, separated by commas.
 fn ranges(name: &str) -> Option<Vec<RangeInclusive<u32>>> {
     let range = |word: &str| {
         let (first, last) = word.split_once('-').unwrap_or((word, word));
         let (first, last) = (first.trim().parse().ok()?, last.trim().parse().ok()?);
-        (first <= last && last - first < MOST).then_some(first..=last)
+        (first <= last && last - first < MAX_LABELS).then_some(first..=last)
     };
     name.split(',').map(range).collect()
 }

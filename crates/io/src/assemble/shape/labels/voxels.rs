@@ -10,7 +10,7 @@ use glam::DAffine3;
 use std::collections::BTreeMap;
 
 /// Largest label: the largest integer that single precision separates from both neighbours.
-const LARGEST: f64 = 16_777_215.0;
+const MAX_LABEL: f64 = 16_777_215.0;
 
 /// Labels of the voxels of a volume.
 pub(super) struct Voxels {
@@ -40,13 +40,13 @@ impl Voxels {
             context.error_at(location, message);
             return None;
         }
-        let is_label = |v: &f32| v.fract() == 0.0 && (0.0..=LARGEST).contains(&f64::from(*v));
+        let is_label = |v: &f32| v.fract() == 0.0 && (0.0..=MAX_LABEL).contains(&f64::from(*v));
         // Planted error "labels in memory twice", found by morgana-io/label_memory::voxels_take_a_few_bytes:
         // let (size @ [nx, ny, _], _twice) = (volume.size(), volume.clone());
         let size @ [nx, ny, _] = volume.size();
         if let Some(i) = volume.data().iter().position(|v| !is_label(v)) {
             let message = format!(
-                "labels must be whole numbers from 0 to {LARGEST}, but voxel ({}, {}, {}) has {}",
+                "labels must be whole numbers from 0 to {MAX_LABEL}, but voxel ({}, {}, {}) has {}",
                 i % nx,
                 i / nx % ny,
                 i / nx / ny,
