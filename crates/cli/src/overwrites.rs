@@ -6,9 +6,9 @@ use io::diagnostic::shown;
 use std::path::{Path, PathBuf};
 
 /// Options that name files to write.
-const WRITTEN: [&str; 6] = ["output", "stats", "strategies", "checkpoint", "map", "zmap"];
+const OUTPUT_OPTIONS: [&str; 6] = ["output", "stats", "strategies", "checkpoint", "map", "zmap"];
 /// Options that name files to read.
-const READ: [&str; 2] = ["overlay", "scene"];
+const INPUT_OPTIONS: [&str; 2] = ["overlay", "scene"];
 
 /// Refuses duplicate output files, and outputs that would overwrite inputs. Parts may be merged
 /// into one of themselves.
@@ -22,8 +22,8 @@ pub fn check(program: &Command, matches: &ArgMatches) -> Result<(), CommandError
     for arg in command.get_arguments() {
         let files = || paths(arg, matches);
         match arg.get_id().as_str() {
-            id if !arg.is_positional() && WRITTEN.contains(&id) => written.extend(files()),
-            id if READ.contains(&id) => read.extend(files()),
+            id if !arg.is_positional() && OUTPUT_OPTIONS.contains(&id) => written.extend(files()),
+            id if INPUT_OPTIONS.contains(&id) => read.extend(files()),
             _ if arg.is_positional() && command.get_name() != "merge" => read.extend(files()),
             _ => {}
         }

@@ -18,15 +18,15 @@ use transport::Film;
 /// Default port of tev.
 const PORT: u16 = 14158;
 /// Longest wait for a response of the viewer.
-const PATIENCE: Duration = Duration::from_secs(5);
+const RESPONSE_TIMEOUT: Duration = Duration::from_secs(5);
 /// Longest wait until the viewer has received the last image.
-const LAST: Duration = Duration::from_secs(2);
+const LAST_IMAGE_TIMEOUT: Duration = Duration::from_secs(2);
 /// Least time between two images.
-const INTERVAL: Duration = Duration::from_millis(250);
+const MIN_INTERVAL: Duration = Duration::from_millis(250);
 /// Minimum time between two images, in multiples of the time to make one image.
-const SHARE: u32 = 50;
+const MIN_INTERVAL_RATIO: u32 = 50;
 /// Approximate number of values per message. tev updates its display between messages.
-const MESSAGE: usize = 1 << 20;
+const VALUES_PER_MESSAGE: usize = 1 << 20;
 
 /// A viewer that shows a render.
 #[derive(Debug)]
@@ -99,7 +99,7 @@ impl Preview {
         // Skip the image if the viewer is busy or gone.
         if now >= self.next && self.waiting.swap(false, Ordering::AcqRel) {
             let _ = self.frames.try_send(film.mean());
-            self.next = now + INTERVAL.max(SHARE * now.elapsed());
+            self.next = now + MIN_INTERVAL.max(MIN_INTERVAL_RATIO * now.elapsed());
         }
     }
 
@@ -108,10 +108,10 @@ impl Preview {
         let _ = self.frames.try_send(film.mean());
         drop(self.frames);
         // No data ever arrives: this returns when the thread ends, or at the timeout.
-        if self.done.recv_timeout(LAST) == Err(RecvTimeoutError::Timeout) {
+        if self.done.recv_timeout(LAST_IMAGE_TIMEOUT) == Err(RecvTimeoutError::Timeout) {
             // The thread then reports that the viewer is gone.
             let _ = self.stream.shutdown(Shutdown::Both);
-            let _ = self.done.recv_timeout(LAST);
+            let _ = self.done.recv_timeout(LAST_IMAGE_TIMEOUT);
         }
     }
 }
@@ -123,9 +123,9 @@ fn connect(address: &str) -> std::io::Result<TcpStream> {
     };
     let mut error = std::io::Error::other("there is no such host");
     for address in addresses {
-        match TcpStream::connect_timeout(&address, PATIENCE) {
+        match TcpStream::connect_timeout(&address, RESPONSE_TIMEOUT) {
             Ok(stream) => {
-                stream.set_write_timeout(Some(PATIENCE))?;
+                stream.set_write_timeout(Some(RESPONSE_TIMEOUT))?;
                 return Ok(stream);
             }
             Err(e) => error = e,
@@ -161,7 +161,7 @@ impl Canvas {
     fn send(&self, viewer: &mut TevClient, frame: &[f32]) -> std::io::Result<()> {
         let ([width, height], channels) = (self.size, self.channels.len());
         let row = width as usize * channels;
-        let rows = (MESSAGE / row).clamp(1, height as usize);
+        let rows = (VALUES_PER_MESSAGE / row).clamp(1, height as usize);
         for (band, data) in frame.chunks(rows * row).enumerate() {
             viewer.send(PacketUpdateImage {
                 image_name: &self.name,

@@ -15,7 +15,7 @@ use transport::renderer::Renderer;
 use transport::stats::ConnectionCounts;
 
 /// Least effect of tolerances that is reported, relative to the noise of a pixel.
-const EFFECT: f64 = 0.1;
+const MIN_EFFECT: f64 = 0.1;
 
 /// Finished run, with its result.
 #[derive(Debug)]
@@ -256,7 +256,7 @@ impl Report<'_, Rendering> {
     fn tolerance_line(&self) -> Option<String> {
         let accuracy = self.result.accuracy;
         let effect = accuracy.effect_beside_noise(self.result.samples);
-        (effect > EFFECT).then(|| {
+        (effect > MIN_EFFECT).then(|| {
             format!(
                 "tolerance {:e}: bias up to {} of the noise of pixels; set a smaller 'tolerance' in the scene",
                 accuracy.tolerance,

@@ -9,7 +9,7 @@ use transport::Film;
 use view::{Item, Live, LiveProgress, ViewOptions, ViewServer};
 
 /// Time between two checks if the page is still open.
-const LOOK: Duration = Duration::from_millis(100);
+const CHECK_INTERVAL: Duration = Duration::from_millis(100);
 
 /// A page that shows a render.
 #[derive(Debug)]
@@ -50,7 +50,7 @@ impl Watched {
     pub fn finish(self, film: &Film) {
         self.live.finish(film);
         while self.live.is_watched() && !self.interrupt.is_signalled() {
-            std::thread::sleep(LOOK);
+            std::thread::sleep(CHECK_INTERVAL);
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::str::FromStr;
 
 /// Largest number of frames of a sequence.
-const MOST: u64 = 1_000_000;
+const MAX_FRAMES: u64 = 1_000_000;
 
 /// Placeholder for the frame number in names and values.
 pub const PLACEHOLDER: &str = "{frame}";
@@ -44,9 +44,9 @@ impl FromStr for Frames {
         if frames.step == 0 || frames.last < frames.first {
             return Err(wrong());
         }
-        if (frames.last - frames.first) / frames.step >= MOST {
+        if (frames.last - frames.first) / frames.step >= MAX_FRAMES {
             return Err(format!(
-                "the sequence has too many frames: give at most {MOST}"
+                "the sequence has too many frames: give at most {MAX_FRAMES}"
             ));
         }
         Ok(frames)

@@ -39,9 +39,9 @@ pub fn scene_file(text: &str) -> Result<PathBuf, String> {
 }
 
 /// Largest number of rays. All rays are held in memory until they are written.
-const MOST_RAYS: u64 = 1_000_000;
+const MAX_RAYS: u64 = 1_000_000;
 /// Largest number of threads, beyond the largest machines.
-const MOST_THREADS: u64 = 4096;
+const MAX_THREADS: u64 = 4096;
 
 pub fn measure(text: &str) -> Result<Measure, String> {
     let of = |measure: &Measure| measure.name() == text;
@@ -98,19 +98,19 @@ pub fn block(text: &str) -> Result<usize, String> {
 }
 
 pub fn rays(text: &str) -> Result<usize, String> {
-    bounded(text, MOST_RAYS)
+    bounded(text, MAX_RAYS)
 }
 
 pub fn threads(text: &str) -> Result<usize, String> {
-    bounded(text, MOST_THREADS)
+    bounded(text, MAX_THREADS)
 }
 
 /// Largest number of reflections. Each reflection multiplies the number of paths to trace.
-const MOST_REFLECTIONS: u32 = 8;
+const MAX_REFLECTIONS: u32 = 8;
 
 pub fn reflections(text: &str) -> Result<u32, String> {
-    let number = text.parse().ok().filter(|k| *k <= MOST_REFLECTIONS);
-    number.ok_or_else(|| format!("expected a whole number from 0 to {MOST_REFLECTIONS}"))
+    let number = text.parse().ok().filter(|k| *k <= MAX_REFLECTIONS);
+    number.ok_or_else(|| format!("expected a whole number from 0 to {MAX_REFLECTIONS}"))
 }
 
 fn bounded(text: &str, most: u64) -> Result<usize, String> {

@@ -10,7 +10,7 @@ use std::time::Duration;
 use view::{Item, ItemOptions, OpenError, ViewOptions, ViewServer};
 
 /// Time between checks for a request to end.
-const LOOK: Duration = Duration::from_millis(100);
+const CHECK_INTERVAL: Duration = Duration::from_millis(100);
 
 /// Shows files in the browser until the user ends the program.
 pub fn view(args: &ViewArgs) -> Result<ExitCode, CommandError> {
@@ -44,7 +44,7 @@ pub fn view(args: &ViewArgs) -> Result<ExitCode, CommandError> {
     }
     say(&format!("{} (Ctrl-C ends)", server.address()))?;
     while !interrupt.asked() {
-        std::thread::sleep(LOOK);
+        std::thread::sleep(CHECK_INTERVAL);
     }
     Ok(ExitCode::SUCCESS)
 }

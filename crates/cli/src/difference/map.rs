@@ -11,7 +11,7 @@ use plotters::prelude::{ColorMap, RGBColor, ViridisRGB};
 use std::path::Path;
 
 /// |z| at which colours are strongest.
-const STRONGEST: f32 = 5.0;
+const MAX_Z: f32 = 5.0;
 /// Colour of unknown z, in sRGB.
 const UNKNOWN: [f64; 3] = [0.6, 0.6, 0.6];
 
@@ -47,7 +47,7 @@ pub fn z(path: &Path, format: MapFormat, size: [usize; 2], z: &ZScores) -> Resul
 
 /// Returns the colour of z: white for zero, blue below, red above.
 fn diverging(z: f32) -> [f64; 3] {
-    let t = f64::from((z / STRONGEST).clamp(-1.0, 1.0));
+    let t = f64::from((z / MAX_Z).clamp(-1.0, 1.0));
     let end = if t < 0.0 {
         [0.13, 0.40, 0.67]
     } else {

@@ -15,16 +15,16 @@ const STEPS: usize = 200;
 const DARK_PERCENTILE: usize = 1;
 /// Smallest ratio of the ends of signed values. Filters of films with negative lobes make a few
 /// values of unsigned quantities slightly negative.
-const SIGNED: f64 = 0.02;
-/// Colours of the lowest value, of zero, and of the highest value of signed quantities (ColorBrewer's
-/// RdBu).
+const MIN_SIGNED_RATIO: f64 = 0.02;
+/// Colours of the lowest value, of zero, and of the highest value of signed quantities
+/// (ColorBrewer's RdBu).
 const DIVERGING: [RGBColor; 3] = [
     RGBColor(33, 102, 172),
     RGBColor(247, 247, 247),
     RGBColor(178, 24, 43),
 ];
 /// Largest number of decades of a logarithmic scale below the largest value.
-const DECADES: i32 = 6;
+const MAX_DECADES: i32 = 6;
 
 /// A map of cells.
 #[derive(Clone, Debug, PartialEq)]
@@ -115,7 +115,7 @@ impl Map {
             positive.sort_by(f64::total_cmp);
             let first = positive.len().saturating_sub(1) * DARK_PERCENTILE / 100;
             let [low, high] = range(positive.iter().copied().skip(first));
-            let low = low.max(high * 10f64.powi(-DECADES));
+            let low = low.max(high * 10f64.powi(-MAX_DECADES));
             return Colours {
                 low,
                 high,
@@ -124,7 +124,7 @@ impl Map {
         }
         let [low, high] = range(self.values.iter().copied());
         let most = high.max(-low);
-        if high.min(-low) > SIGNED * most {
+        if high.min(-low) > MIN_SIGNED_RATIO * most {
             return Colours {
                 low: -most,
                 high: most,

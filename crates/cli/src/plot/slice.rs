@@ -8,9 +8,9 @@ use io::arrays::{Array, Arrays};
 use std::path::Path;
 
 /// Spatial axes.
-const SPACE: [&str; 3] = ["x", "y", "z"];
+const SPATIAL_AXES: [&str; 3] = ["x", "y", "z"];
 /// Axes over which a sum is meaningless: the order of sidebands, and the delay of correlations.
-const APART: [&str; 2] = ["order", "delay"];
+const SEPARATE_AXES: [&str; 2] = ["order", "delay"];
 
 /// Selection of a section through an array.
 #[derive(Clone, Copy, Debug)]
@@ -37,7 +37,7 @@ pub fn slice(path: &Path, section: Section) -> Result<Map, CommandError> {
 
 /// Returns the array `name`; by default the fluence.
 fn array<'a>(arrays: &'a Arrays, name: Option<&str>) -> Result<&'a Array, String> {
-    let is_over_space = |a: &&Array| SPACE.iter().all(|k| a.axes.iter().any(|x| x == k));
+    let is_over_space = |a: &&Array| SPATIAL_AXES.iter().all(|k| a.axes.iter().any(|x| x == k));
     let over_space = || arrays.list.iter().filter(is_over_space);
     let found = match name {
         Some(name) => over_space().find(|a| a.name == name),
@@ -58,8 +58,9 @@ fn array<'a>(arrays: &'a Arrays, name: Option<&str>) -> Result<&'a Array, String
 
 /// Checks that the bins exist, and that all required bins are given.
 fn check_bins(array: &Array, bins: &[(String, usize)]) -> Result<(), String> {
-    let others =
-        || (array.axes.iter().zip(&array.shape)).filter(|(a, _)| !SPACE.contains(&a.as_str()));
+    let others = || {
+        (array.axes.iter().zip(&array.shape)).filter(|(a, _)| !SPATIAL_AXES.contains(&a.as_str()))
+    };
     for (name, number) in bins {
         let Some((_, count)) = others().find(|(axis, _)| *axis == name) else {
             let names: Vec<&str> = others().map(|(axis, _)| axis.as_str()).collect();
@@ -81,7 +82,9 @@ fn check_bins(array: &Array, bins: &[(String, usize)]) -> Result<(), String> {
         }
     }
     let is_said = |name: &str| bins.iter().any(|(axis, _)| axis == name);
-    match others().find(|(axis, n)| **n > 1 && APART.contains(&axis.as_str()) && !is_said(axis)) {
+    match others()
+        .find(|(axis, n)| **n > 1 && SEPARATE_AXES.contains(&axis.as_str()) && !is_said(axis))
+    {
         None => Ok(()),
         Some((axis, count)) => Err(format!(
             "'{}' has a value for each {axis}, which must not be summed: choose one by --bin {axis}=N, with N from 0 to {}",

@@ -1,6 +1,6 @@
 //! Frame, grid, ticks and labels of plots.
 
-use super::colour::{FAINT, INK};
+use super::colour::{INK, SECONDARY_TEXT};
 use super::escape;
 use super::ticks::ticks;
 use super::view::View;
@@ -78,7 +78,7 @@ pub fn frame(view: &View, title: &str) -> String {
     let depth = crate::numbers::plain(view.depth).replace('-', "−");
     let _ = writeln!(
         out,
-        "<text x=\"{width:.2}\" y=\"{y:.2}\" text-anchor=\"end\" font-size=\"11\" fill=\"{FAINT}\">\
+        "<text x=\"{width:.2}\" y=\"{y:.2}\" text-anchor=\"end\" font-size=\"11\" fill=\"{SECONDARY_TEXT}\">\
          lengths in scene units · section at {away} = {depth}</text>\n</g>"
     );
     out

@@ -5,7 +5,7 @@ pub const RAY: &str = "#c2410c";
 /// Colour of text, frames and outlines.
 pub const INK: &str = "#1f2937";
 /// Colour of secondary text.
-pub const FAINT: &str = "#6b7280";
+pub const SECONDARY_TEXT: &str = "#6b7280";
 /// Colour scale of the index, from low to high, in sRGB; light enough for rays to stand out.
 const SCALE: [[f64; 3]; 4] = [
     [0.965, 0.975, 0.990],

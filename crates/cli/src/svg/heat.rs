@@ -17,7 +17,7 @@ use transport::Scene;
 /// Side of a cell of the background, in pixels of the page.
 const CELL: f64 = 2.0;
 /// Largest difference of the index that counts as round-off.
-const FLAT: f64 = 1e-9;
+const ROUND_OFF: f64 = 1e-9;
 
 /// Refractive index over the window.
 #[derive(Debug)]
@@ -51,7 +51,7 @@ impl Heat {
             values().fold(f64::INFINITY, f64::min),
             values().fold(f64::NEG_INFINITY, f64::max),
         );
-        let differs = high - low > FLAT;
+        let differs = high - low > ROUND_OFF;
         if !differs {
             return Ok(None);
         }

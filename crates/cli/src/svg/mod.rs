@@ -24,7 +24,7 @@ const MARGIN: [f64; 4] = [72.0, 44.0, 24.0, 62.0];
 const BAR: f64 = 84.0;
 
 /// Largest number of rays with marked starts.
-const MOST_DOTS: usize = 30;
+const MAX_DOTS: usize = 30;
 
 /// Returns an SVG document that shows rays, the outlines of objects and the index, in the
 /// coordinate plane of the rays' two largest extents.
@@ -87,7 +87,7 @@ fn rays(paths: &[Path], view: &View) -> String {
     }
     out.push_str("</g>\n");
     let _ = writeln!(out, "<g fill=\"{}\">", colour::INK);
-    for path in paths.iter().filter(|_| paths.len() <= MOST_DOTS) {
+    for path in paths.iter().filter(|_| paths.len() <= MAX_DOTS) {
         if let Some(start) = path.points.first() {
             let [x, y] = view.place(start.x);
             let _ = writeln!(out, "<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"2\"/>");

@@ -6,9 +6,9 @@ use transport::Scene;
 use transport::trace::Path;
 
 /// Largest width and height of a plot, in pixels.
-const LARGEST: [f64; 2] = [860.0, 720.0];
+const MAX_SIZE: [f64; 2] = [860.0, 720.0];
 /// Least height of a plot relative to its width, so that a single straight ray has room.
-const FLATTEST: f64 = 0.3;
+const MIN_ASPECT: f64 = 0.3;
 /// Padding around the content, relative to its larger side.
 const PADDING: f64 = 0.04;
 
@@ -55,14 +55,14 @@ impl View {
             let padded = max[k] - min[k] + 2.0 * PADDING * larger;
             widen(k, padded, &mut min, &mut max);
         }
-        widen(1, FLATTEST * (max[0] - min[0]), &mut min, &mut max);
-        widen(0, FLATTEST * (max[1] - min[1]), &mut min, &mut max);
+        widen(1, MIN_ASPECT * (max[0] - min[0]), &mut min, &mut max);
+        widen(0, MIN_ASPECT * (max[1] - min[1]), &mut min, &mut max);
         View {
             axes,
             depth: rays.center()[axes[2]],
             min,
             max,
-            scale: (LARGEST[0] / (max[0] - min[0])).min(LARGEST[1] / (max[1] - min[1])),
+            scale: (MAX_SIZE[0] / (max[0] - min[0])).min(MAX_SIZE[1] / (max[1] - min[1])),
         }
     }
 

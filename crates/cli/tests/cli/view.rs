@@ -7,7 +7,7 @@ use std::net::TcpStream;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-const PATIENCE: Duration = Duration::from_secs(60);
+const TIME_LIMIT: Duration = Duration::from_secs(60);
 
 /// The program while it serves a page.
 struct Served {
@@ -148,7 +148,7 @@ fn a_render_is_watched_to_its_end() {
         if status["ended"] == true {
             break status;
         }
-        assert!(started.elapsed() < PATIENCE);
+        assert!(started.elapsed() < TIME_LIMIT);
         std::thread::sleep(Duration::from_millis(50));
     };
     assert_eq!(
@@ -187,7 +187,7 @@ fn a_page_pauses_and_stops_a_render() {
     };
     let started = Instant::now();
     while done() < 2.0 {
-        assert!(started.elapsed() < PATIENCE);
+        assert!(started.elapsed() < TIME_LIMIT);
         std::thread::sleep(Duration::from_millis(20));
     }
     assert_eq!(command("pause")["paused"], true);
@@ -198,12 +198,12 @@ fn a_page_pauses_and_stops_a_render() {
     assert_eq!(done(), paused);
     command("continue");
     while done() <= paused {
-        assert!(started.elapsed() < PATIENCE);
+        assert!(started.elapsed() < TIME_LIMIT);
         std::thread::sleep(Duration::from_millis(20));
     }
     command("stop");
     while served.json("GET", "api/0/status", "")["ended"] != true {
-        assert!(started.elapsed() < PATIENCE);
+        assert!(started.elapsed() < TIME_LIMIT);
         std::thread::sleep(Duration::from_millis(20));
     }
     assert!(ImageLayers::read(&folder.path("a.exr")).is_ok());
