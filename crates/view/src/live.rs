@@ -12,15 +12,15 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use transport::Film;
 
-/// Minimum time between two pictures. `SHARE` is the minimum as a multiple of the time that a
-/// picture takes.
-const INTERVAL: Duration = Duration::from_secs(1);
-const SHARE: u32 = 250;
+/// Minimum time between two pictures. `MIN_INTERVAL_RATIO` is the minimum as a multiple of the time
+/// that a picture takes.
+const MIN_INTERVAL: Duration = Duration::from_secs(1);
+const MIN_INTERVAL_RATIO: u32 = 250;
 /// Time since the last request after which a page counts as closed. Browsers let background pages
 /// send requests once a minute.
-const ABSENCE: Duration = Duration::from_secs(90);
+const CLOSED_TIMEOUT: Duration = Duration::from_secs(90);
 /// Time between two checks while the render is paused.
-const LOOK: Duration = Duration::from_millis(50);
+const CHECK_INTERVAL: Duration = Duration::from_millis(50);
 
 /// Render that pages watch.
 pub struct Live {
@@ -107,7 +107,7 @@ impl Live {
         }
         // Release the lock first, so that pages get responses while the picture is made.
         self.show(film);
-        self.state().next = now + INTERVAL.max(SHARE * now.elapsed());
+        self.state().next = now + MIN_INTERVAL.max(MIN_INTERVAL_RATIO * now.elapsed());
     }
 
     /// Makes the picture of a finished render's film.
@@ -136,14 +136,14 @@ impl Live {
             if !self.is_watched() {
                 self.is_paused.store(false, Ordering::Release);
             }
-            std::thread::sleep(LOOK);
+            std::thread::sleep(CHECK_INTERVAL);
         }
     }
 
     /// Returns true if a page is open, or was open recently.
     pub fn is_watched(&self) -> bool {
         let asked = self.state().asked;
-        asked.is_some_and(|asked| asked.elapsed() < ABSENCE)
+        asked.is_some_and(|asked| asked.elapsed() < CLOSED_TIMEOUT)
     }
 
     /// Executes a command of a page; returns `false` if there is no such command.
@@ -229,7 +229,7 @@ mod tests {
         };
         live.update(&film(1.0), progress);
         assert_eq!(live.picture().unwrap().plane("", "Y").unwrap()[0], 1.0);
-        std::thread::sleep(INTERVAL);
+        std::thread::sleep(MIN_INTERVAL);
         // Expect no new picture: no page has requested one.
         live.update(&film(2.0), progress);
         assert_eq!(live.picture().unwrap().plane("", "Y").unwrap()[0], 1.0);
@@ -262,10 +262,10 @@ mod tests {
         let start = Instant::now();
         std::thread::scope(|scope| {
             scope.spawn(|| live.pause(|| false));
-            std::thread::sleep(2 * LOOK);
+            std::thread::sleep(2 * CHECK_INTERVAL);
             live.command("continue");
         });
-        assert!(start.elapsed() >= 2 * LOOK);
+        assert!(start.elapsed() >= 2 * CHECK_INTERVAL);
         live.command("stop");
         assert!(live.is_stop_asked());
     }

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use view::{Item, ItemOptions, ViewOptions, ViewServer};
 
 /// Longest duration in these tests; no limit of the server exceeds it.
-const PATIENCE: Duration = Duration::from_secs(15);
+const TIME_LIMIT: Duration = Duration::from_secs(15);
 
 fn image(width: usize, value: f32) -> ImageLayers {
     let layer = |name: &str, value: f32| Layer {
@@ -48,7 +48,7 @@ fn parts(server: &ViewServer) -> (SocketAddr, String) {
 /// Sends bytes. Returns the response.
 fn exchange(socket: SocketAddr, bytes: &[u8]) -> Vec<u8> {
     let mut stream = TcpStream::connect(socket).unwrap();
-    stream.set_read_timeout(Some(PATIENCE)).unwrap();
+    stream.set_read_timeout(Some(TIME_LIMIT)).unwrap();
     // A server that has read enough closes the connection.
     let _ = stream.write_all(bytes);
     let mut answer = Vec::new();
@@ -272,16 +272,16 @@ fn slow_clients_hold_nobody_up() {
             .unwrap();
     }
     assert_eq!(get(&server, "api/items", "").0, 200);
-    assert!(started.elapsed() < PATIENCE / 3);
+    assert!(started.elapsed() < TIME_LIMIT / 3);
     // Sending a byte now and then does not extend the limit.
     let mut closed = 0;
-    while closed < slow.len() && started.elapsed() < 2 * PATIENCE {
+    while closed < slow.len() && started.elapsed() < 2 * TIME_LIMIT {
         std::thread::sleep(Duration::from_millis(500));
         slow[9].write_all(b"a").ok();
         closed = slow.iter().filter(|stream| is_closed(stream)).count();
     }
     assert_eq!(closed, slow.len());
-    assert!(started.elapsed() < PATIENCE);
+    assert!(started.elapsed() < TIME_LIMIT);
 }
 
 /// True if the other end has closed its side. Unread data stay unread.
@@ -312,7 +312,7 @@ fn clients_that_do_not_read_hold_nobody_up() {
     let started = Instant::now();
     assert_eq!(get(&server, "api/0/plane?channel=none", "").0, 404);
     drop(server);
-    assert!(started.elapsed() < PATIENCE / 3);
+    assert!(started.elapsed() < TIME_LIMIT / 3);
 }
 
 /// Connections beyond the limit are closed at once, and places are freed.

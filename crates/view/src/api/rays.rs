@@ -11,9 +11,9 @@ use transport::trace::{Branch, Path, TraceEnding, Tracer, branches};
 
 /// Distance of the start of a connection from a surface, relative to the length of the ray. The
 /// connection then leaves the surface on the side of arrival.
-const BEFORE: f64 = 1e-6;
+const START_DISTANCE: f64 = 1e-6;
 /// Maximum number of reflections of branches.
-const REFLECTIONS: u32 = 4;
+const MAX_REFLECTIONS: u32 = 4;
 
 /// Ray to trace: through the centre of a pixel, or from a point in a direction of any length.
 #[derive(Deserialize)]
@@ -102,8 +102,8 @@ fn describe(loaded: &Loaded, path: &Path) -> Value {
 /// Finds all branches between two points.
 pub(super) fn connect(loaded: &Loaded, body: &Value) -> Result<Response, Failure> {
     let request: ConnectRequest = parse(body)?;
-    if request.reflections > REFLECTIONS {
-        return Err(bad(format!("at most {REFLECTIONS} reflections")));
+    if request.reflections > MAX_REFLECTIONS {
+        return Err(bad(format!("at most {MAX_REFLECTIONS} reflections")));
     }
     let from = match (request.from, request.pixel) {
         (Some(from), None) => finite(from)?,
@@ -155,7 +155,7 @@ fn before_end(path: &Path) -> Result<DVec3, Failure> {
     };
     let back = path.points.iter().rev().find(|p| p.x != last.x);
     let back = back.map_or(DVec3::ZERO, |p| (p.x - last.x).normalize_or_zero());
-    Ok(last.x + back * (BEFORE * last.arc_length))
+    Ok(last.x + back * (START_DISTANCE * last.arc_length))
 }
 
 fn about_branch(branch: &Branch) -> Value {

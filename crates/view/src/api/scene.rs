@@ -13,7 +13,7 @@ use transport::sensor::Sensor;
 use transport::shape::Shape;
 
 /// Number of triangles above which a shape is shown as its box.
-const TRIANGLES: usize = 2_000_000;
+const MAX_TRIANGLES: usize = 2_000_000;
 
 /// Describes everything except the triangles of the surfaces.
 pub(super) fn describe(loaded: &Loaded) -> Value {
@@ -59,8 +59,8 @@ fn about_object(scene: &Scene, object: &Object) -> Value {
 
 fn is_large(shape: &Shape) -> bool {
     match shape {
-        Shape::Mesh(mesh) => mesh.triangles().len() > TRIANGLES,
-        Shape::VoxelFaces(faces) => 2 * faces.count() > TRIANGLES,
+        Shape::Mesh(mesh) => mesh.triangles().len() > MAX_TRIANGLES,
+        Shape::VoxelFaces(faces) => 2 * faces.count() > MAX_TRIANGLES,
         _ => false,
     }
 }

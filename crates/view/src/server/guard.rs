@@ -10,7 +10,7 @@ use std::io;
 use std::net::IpAddr;
 
 /// Number of random bytes of a token: 128 bits cannot be guessed.
-const BYTES: usize = 16;
+const TOKEN_BYTES: usize = 16;
 
 /// Conditions of access.
 #[derive(Debug)]
@@ -23,7 +23,7 @@ pub(crate) struct Guard {
 impl Guard {
     /// Makes a guard with a random token.
     pub(crate) fn new(is_loopback: bool) -> io::Result<Self> {
-        let mut bytes = [0; BYTES];
+        let mut bytes = [0; TOKEN_BYTES];
         getrandom::fill(&mut bytes).map_err(io::Error::other)?;
         let token = bytes.iter().fold(String::new(), |mut token, byte| {
             // Ignore the result: writing to a string cannot fail.
@@ -187,7 +187,7 @@ mod tests {
     fn tokens_differ() {
         let token = || Guard::new(true).unwrap().token().to_owned();
         let (a, b) = (token(), token());
-        assert_eq!(a.len(), 2 * BYTES);
+        assert_eq!(a.len(), 2 * TOKEN_BYTES);
         assert_ne!(a, b);
     }
 }

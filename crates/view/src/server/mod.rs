@@ -21,14 +21,14 @@ use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant};
 
 /// Maximum number of simultaneous connections: a browser has six.
-const CONNECTIONS: usize = 32;
+const MAX_CONNECTIONS: usize = 32;
 /// Maximum number of requests per second, and of simultaneous requests after a pause.
-const RATE: f64 = 200.0;
-const BURST: f64 = 400.0;
+const MAX_RATE: f64 = 200.0;
+const MAX_BURST: f64 = 400.0;
 /// Maximum time for a request to arrive.
-const PATIENCE: Duration = Duration::from_secs(10);
+const REQUEST_TIMEOUT: Duration = Duration::from_secs(10);
 /// Waiting time after a failure to accept a connection, for instance with too many open files.
-const PAUSE: Duration = Duration::from_millis(50);
+const RETRY_PAUSE: Duration = Duration::from_millis(50);
 
 /// Function that responds to requests, given their paths after the token.
 pub(crate) type Answer = dyn Fn(&Request, &str) -> Response + Send + Sync;
@@ -65,7 +65,7 @@ impl Server {
             guard,
             policy,
             answer,
-            bucket: Mutex::new(Bucket::new(RATE, BURST)),
+            bucket: Mutex::new(Bucket::new(MAX_RATE, MAX_BURST)),
             connections: AtomicUsize::new(0),
         });
         let stop = stopping.clone();
@@ -93,7 +93,7 @@ impl Drop for Server {
     fn drop(&mut self) {
         self.stopping.store(true, Ordering::Release);
         // Wake the thread, which waits for a connection.
-        let woken = TcpStream::connect_timeout(&self.address(), PATIENCE).is_ok();
+        let woken = TcpStream::connect_timeout(&self.address(), REQUEST_TIMEOUT).is_ok();
         if let Some(thread) = self.thread.take().filter(|_| woken) {
             let _ = thread.join();
         }
@@ -108,7 +108,7 @@ fn accept(listener: &TcpListener, shared: &Arc<Shared>, stopping: &AtomicBool) {
         }
         match accepted {
             Ok((stream, _)) => serve(stream, shared),
-            Err(_) => std::thread::sleep(PAUSE),
+            Err(_) => std::thread::sleep(RETRY_PAUSE),
         }
     }
 }
@@ -121,7 +121,7 @@ fn serve(stream: TcpStream, shared: &Arc<Shared>) {
     };
     let work = move || {
         let shared = &place.0;
-        let response = match Request::receive(&stream, Instant::now() + PATIENCE) {
+        let response = match Request::receive(&stream, Instant::now() + REQUEST_TIMEOUT) {
             Ok(request) => shared.respond(&request),
             Err(status) => Response::refusal(status),
         };
@@ -153,8 +153,8 @@ impl Place {
         // Release the slot at once if there are too many.
         let place = Place(shared.clone());
         // Planted error "connections without a limit", found by morgana-view/served::floods_are_held_off:
-        // (taken < 9 * CONNECTIONS).then_some(place)
-        (taken < CONNECTIONS).then_some(place)
+        // (taken < 9 * MAX_CONNECTIONS).then_some(place)
+        (taken < MAX_CONNECTIONS).then_some(place)
     }
 }
 

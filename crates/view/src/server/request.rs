@@ -7,11 +7,11 @@ use std::net::TcpStream;
 use std::time::Instant;
 
 /// Maximum size of a request without its body, in bytes.
-const HEAD: usize = 16 << 10;
+const MAX_HEAD_SIZE: usize = 16 << 10;
 /// Maximum number of headers.
-const HEADERS: usize = 64;
+const MAX_HEADERS: usize = 64;
 /// Maximum size of a body, in bytes.
-const BODY: usize = 64 << 10;
+const MAX_BODY_SIZE: usize = 64 << 10;
 
 /// Method of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,7 +45,7 @@ impl Request {
                 request.body = bytes[head..head + length].to_vec();
                 return Ok(request);
             }
-            if bytes.len() > HEAD {
+            if bytes.len() > MAX_HEAD_SIZE {
                 return Err(Status::HeadTooLarge);
             }
             read(stream, &mut bytes, deadline)?;
@@ -87,7 +87,7 @@ fn read(mut stream: &TcpStream, bytes: &mut Vec<u8>, deadline: Instant) -> Resul
 /// Parses a request without its body, and the lengths of its head and of its body; `None` if the
 /// head is incomplete.
 fn parse(bytes: &[u8]) -> Result<Option<(Request, usize, usize)>, Status> {
-    let mut headers = [EMPTY_HEADER; HEADERS];
+    let mut headers = [EMPTY_HEADER; MAX_HEADERS];
     let mut parsed = httparse::Request::new(&mut headers);
     let head = match parsed.parse(bytes) {
         Ok(httparse::Status::Complete(head)) => head,
@@ -140,7 +140,7 @@ fn length(headers: &[Header]) -> Result<usize, Status> {
     }
     // Parse the number, which fails for too many digits.
     match length.parse() {
-        Ok(length) if length <= BODY => Ok(length),
+        Ok(length) if length <= MAX_BODY_SIZE => Ok(length),
         _ => Err(Status::BodyTooLarge),
     }
 }
@@ -200,14 +200,20 @@ mod tests {
             Status::BadRequest
         );
         assert_eq!(status("GET /?a=%ff HTTP/1.1\r\n\r\n"), Status::BadRequest);
-        let large = format!("POST / HTTP/1.1\r\nContent-Length: {}\r\n\r\n", BODY + 1);
+        let large = format!(
+            "POST / HTTP/1.1\r\nContent-Length: {}\r\n\r\n",
+            MAX_BODY_SIZE + 1
+        );
         assert_eq!(status(&large), Status::BodyTooLarge);
         let digits = format!(
             "POST / HTTP/1.1\r\nContent-Length: {}\r\n\r\n",
             "9".repeat(40)
         );
         assert_eq!(status(&digits), Status::BodyTooLarge);
-        let many = format!("GET / HTTP/1.1\r\n{}\r\n", "A: b\r\n".repeat(HEADERS + 1));
+        let many = format!(
+            "GET / HTTP/1.1\r\n{}\r\n",
+            "A: b\r\n".repeat(MAX_HEADERS + 1)
+        );
         assert_eq!(status(&many), Status::HeadTooLarge);
     }
 }

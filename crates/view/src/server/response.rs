@@ -9,12 +9,12 @@ use std::time::{Duration, Instant};
 
 /// Maximum time for a response, and minimum rate of large responses in bytes per second, which
 /// extends the time.
-const PATIENCE: Duration = Duration::from_secs(20);
-const SLOWEST: f64 = 1e6;
+const RESPONSE_TIMEOUT: Duration = Duration::from_secs(20);
+const MIN_RATE: f64 = 1e6;
 /// Number of values that are converted at a time.
 const CHUNK: usize = 16 << 10;
 /// Time in which a client may send further data before the connection closes.
-const LAST: Duration = Duration::from_millis(200);
+const LINGER_TIME: Duration = Duration::from_millis(200);
 
 /// Status of a response.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -158,7 +158,7 @@ impl Body {
 
 /// Reads remaining data for a short time.
 fn drain(mut stream: &TcpStream) {
-    let (deadline, mut chunk) = (Instant::now() + LAST, [0; 4096]);
+    let (deadline, mut chunk) = (Instant::now() + LINGER_TIME, [0; 4096]);
     loop {
         let left = deadline.saturating_duration_since(Instant::now());
         if left.is_zero() || stream.set_read_timeout(Some(left)).is_err() {
@@ -178,10 +178,10 @@ struct Timed<'a> {
 
 impl<'a> Timed<'a> {
     fn new(stream: &'a TcpStream, length: usize) -> Self {
-        let longer = Duration::from_secs_f64(length as f64 / SLOWEST);
+        let longer = Duration::from_secs_f64(length as f64 / MIN_RATE);
         Timed {
             stream,
-            deadline: Instant::now() + PATIENCE + longer,
+            deadline: Instant::now() + RESPONSE_TIMEOUT + longer,
         }
     }
 }
