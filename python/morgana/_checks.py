@@ -13,10 +13,10 @@ import numpy as np
 from ._errors import RenderError
 from ._morgana import Scene
 
-MOST_THREADS = 1024
+MAX_THREADS = 1024
 """Maximum number of threads: more would exhaust the machine before any work is done."""
 
-MOST = 2**63 - 1
+MAX_SAMPLES = 2**63 - 1
 """Largest number of samples."""
 
 
@@ -32,7 +32,7 @@ def shown(value: Any) -> str:
     return f"an array of shape {value.shape}" if isinstance(value, np.ndarray) and value.ndim > 0 else reprlib.repr(value)
 
 
-def whole(value: Any, name: str, least: int, most: int = MOST) -> int:
+def whole(value: Any, name: str, least: int, most: int = MAX_SAMPLES) -> int:
     """Returns a whole number in a range, or raises an error."""
     try:
         number = operator.index(value)
@@ -45,7 +45,7 @@ def whole(value: Any, name: str, least: int, most: int = MOST) -> int:
     return number
 
 
-def optional_whole(value: Any, name: str, least: int, most: int = MOST) -> Optional[int]:
+def optional_whole(value: Any, name: str, least: int, most: int = MAX_SAMPLES) -> Optional[int]:
     """Returns a whole number in a range, or ``None``."""
     return None if value is None else whole(value, name, least, most)
 

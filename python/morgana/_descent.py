@@ -23,13 +23,13 @@ MEMORY = 12
 """Number of pairs of steps and gradient changes that are kept."""
 DECREASE = 1e-4
 """Fraction of the decrease that the initial slope predicts, which a step must reach (Armijo)."""
-TRIES = 12
+MAX_TRIES = 12
 """Maximum number of step reductions."""
-SHORTEST, LONGEST = 0.1, 0.5
+MIN_REDUCTION, MAX_REDUCTION = 0.1, 0.5
 """Bounds of the factor of each step reduction."""
 PROBE = 1e-4
 """Largest component of the step that measures the initial curvature."""
-CURVED = 1e-8
+MIN_COSINE = 1e-8
 """Smallest cosine of a pair that determines the curvature."""
 
 
@@ -86,7 +86,7 @@ def _along(function: Function, here: Place, down: Doubles, limits: Tuple[Doubles
     there is none."""
     x, value, gradient = here
     share = 1.0
-    for _ in range(TRIES):
+    for _ in range(MAX_TRIES):
         there = np.clip(x + share * down, *limits)
         promised = float(np.vdot(gradient, there - x))
         if promised >= 0:
@@ -95,7 +95,7 @@ def _along(function: Function, here: Place, down: Doubles, limits: Tuple[Doubles
         if new <= value + DECREASE * promised:
             return there, new, slope
         # Move to the minimum of the parabola through the known values, within bounds.
-        share *= min(max(0.5 * promised / (promised - (new - value)), SHORTEST), LONGEST)
+        share *= min(max(0.5 * promised / (promised - (new - value)), MIN_REDUCTION), MAX_REDUCTION)
     return None
 
 
@@ -107,7 +107,7 @@ def _direction(pairs: Pairs, gradient: Doubles, free: NDArray[np.bool_], precond
     for step, change in pairs:
         step, change = np.where(free, step, 0.0), np.where(free, change, 0.0)
         along = float(np.vdot(step, change))
-        if along > CURVED * float(np.linalg.norm(step) * np.linalg.norm(change)):
+        if along > MIN_COSINE * float(np.linalg.norm(step) * np.linalg.norm(change)):
             curved.append((step, change, along))
     for step, change, along in reversed(curved):
         shares.append(float(np.vdot(step, left)) / along)

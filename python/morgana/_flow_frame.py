@@ -20,7 +20,7 @@ FLAT = 1e-6
 
 GOLDEN_ANGLE = math.pi * (3 - math.sqrt(5))
 """Angle whose multiples are evenly distributed over a turn."""
-WIDEST = math.radians(10)
+MAX_ANGLE = math.radians(10)
 """Half angle of the widest wedge about an axis."""
 INSIDE = 1e-6
 """Fraction of the angle of a wedge by which points in its face are moved inside."""
@@ -103,7 +103,7 @@ class Revolved(Frame):
         direction = middle / (np.linalg.norm(middle) or 1.0)
         along = across @ direction
         beside = np.linalg.norm(across - along[:, None] * direction, axis=1)
-        if np.any(beside > math.tan(WIDEST) * along + 1e-6 * extent.max()):
+        if np.any(beside > math.tan(MAX_ANGLE) * along + 1e-6 * extent.max()):
             raise FlowError("revolve needs a planar mesh, or a wedge of at most 20° about the axis: use a slice of the mesh")
         normal = np.cross(np.eye(3)[self.axis], direction)
         # Use points far from the axis, which determine the angles accurately.

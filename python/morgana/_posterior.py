@@ -18,7 +18,7 @@ Doubles = NDArray[np.float64]
 
 RESIDUAL = 1e-5
 """Relative residual at which conjugate gradients stop."""
-MOST_PRODUCTS = 2000
+MAX_PRODUCTS = 2000
 """Maximum number of products with the precision for one solution."""
 
 
@@ -89,10 +89,10 @@ class Posterior:
         if self._solver is None:
             filtered = Filter(self._free.shape, self._rays.spacing(self._free.shape))
             self._solver = ConjugateDirections(self._of_free(self.precision), self._of_free(filtered), int(np.count_nonzero(self._free)))
-        found = self._solver.solve(given[self._free], RESIDUAL, MOST_PRODUCTS)
+        found = self._solver.solve(given[self._free], RESIDUAL, MAX_PRODUCTS)
         if found is None:
             raise ReconstructionError(
-                f"the covariance is not found in {MOST_PRODUCTS} products: rays and noise leave directions almost open; "
+                f"the covariance is not found in {MAX_PRODUCTS} products: rays and noise leave directions almost open; "
                 "give more smoothness, or a smaller prior_deviation"
             )
         return self._spread(found)

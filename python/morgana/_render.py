@@ -110,7 +110,7 @@ def limits(
     target_error = checks.optional_positive(target_error, "target_error")
     spp = checks.optional_whole(spp, "spp", 1)
     particles = checks.optional_whole(particles, "particles", 1)
-    threads = checks.optional_whole(threads, "threads", 1, checks.MOST_THREADS)
+    threads = checks.optional_whole(threads, "threads", 1, checks.MAX_THREADS)
     _check(has_meters, spp, particles, integrator, target_error, target)
     wanted = particles if has_meters else spp
     if wanted is None and time is None and target_error is None:

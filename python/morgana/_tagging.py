@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 
 Doubles = NDArray[np.float64]
 Floats = NDArray[np.float32]
-MOST_ORDERS = 100
+MAX_ORDERS = 100
 """Largest order of a sideband."""
-LARGEST = 1e12
+MAX_PHASE = 1e12
 """Largest phase, in radians: double precision resolves it to 1e-4."""
 
 
@@ -159,7 +159,7 @@ def tagged(records: Records, *, wavelength: ArrayLike, orders: int = 1, where: O
     >>> found.mean[1], found.depth
     """
     records = taken(records, where)
-    orders = checks.whole(orders, "orders", 1, MOST_ORDERS)
+    orders = checks.whole(orders, "orders", 1, MAX_ORDERS)
     phase = _phases(records, wavelength)
     weight, particles = records.weight, records.particles
     sums = np.stack([_sums(records, weight * share) for share in _morgana.order_shares(phase, orders)])
@@ -234,7 +234,7 @@ def _phases(records: Records, wavelength: ArrayLike) -> Doubles:
         raise ValueError(f"the modulation of {unknown} records is unknown: exclude them by 'where', or use a coarser grid of sound")
     with np.errstate(over="ignore", invalid="ignore"):
         phase = np.abs(modulation)[:, None] * (2 * np.pi / np.broadcast_to(length, channels))
-    if not np.all(phase <= LARGEST):
+    if not np.all(phase <= MAX_PHASE):
         raise ValueError(f"the sound shifts phases by up to {phase.max():.3g} radians, which is too much to compute: give the wavelength in scene units")
     return phase
 

@@ -38,7 +38,7 @@ Doubles = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 BLOCK = 1 << 22
 """Number of length differences that are held in memory at a time."""
-LEAST = float(np.nextafter(0, 1))
+MIN_POSITIVE = float(np.nextafter(0, 1))
 """Smallest positive number."""
 
 
@@ -134,7 +134,7 @@ def gaussian(wavelength: float, width: float) -> Source:
     >>> coherence.gaussian(1.3e-3, 0.1e-3).coherence_length
     0.007457...
     """
-    middle, full = positive(wavelength, "wavelength", least=LEAST), positive(width, "width", least=LEAST)
+    middle, full = positive(wavelength, "wavelength", least=MIN_POSITIVE), positive(width, "width", least=MIN_POSITIVE)
     if full > middle:
         raise ValueError(f"the spectrum is {width} wide, more than its wavelength of {wavelength}: use a narrower one, or coherence.tabulated")
     center, spread = 2 * np.pi / middle, 2 * np.pi * full / middle**2

@@ -329,7 +329,7 @@ def speckle_contrast(
     return Contrast(times, mean, error)
 
 
-STEADY = 0.1
+MAX_CHANGE = 0.1
 """Largest relative change of a flow velocity over a delay that gives no warning."""
 
 
@@ -346,10 +346,10 @@ def _doubt_flow(records: Records, flow: float, delays: Doubles, found: Doubles) 
     `_decayed`."""
     change = _changing(records, flow)
     longest = np.max(delays[np.any(found[2] > 3 * found[3], axis=1)], initial=0.0)
-    if change * longest > STEADY:
+    if change * longest > MAX_CHANGE:
         warnings.warn(
             f"the velocity of what flows changes by up to {change * longest:.0%} within {longest:.3g} s, a delay at which light is still correlated, but is "
-            f"taken to be constant: delays up to {STEADY / change:.2g} s are safe. Walls that cut voxels of the velocity obliquely count, too",
+            f"taken to be constant: delays up to {MAX_CHANGE / change:.2g} s are safe. Walls that cut voxels of the velocity obliquely count, too",
             SceneWarning,
             stacklevel=3,
         )

@@ -39,7 +39,7 @@ __all__ = ["render"]
 SHARDS = 64
 """Default number of parts of a run: enough to keep some tens of workers busy to the end."""
 
-SMALL = 1 << 20
+MAX_TASK_BYTES = 1 << 20
 """Maximum number of bytes that are sent with every task. More bytes travel in a file, or are
 scattered once."""
 
@@ -121,7 +121,7 @@ def render(
     source = _Source.of(scene, dict(parameters or {}))
     loaded = source.load()
     shards = checks.optional_whole(shards, "shards", 1)
-    threads = checks.whole(threads, "threads", 0, checks.MOST_THREADS)
+    threads = checks.whole(threads, "threads", 0, checks.MAX_THREADS)
     retries = checks.whole(retries, "retries", 0)
     if not hasattr(executor, "submit"):
         raise TypeError(f"expected an executor with a method submit, found {type(executor).__name__}")
@@ -222,9 +222,9 @@ def _shared(source: _Source, executor: Any, retries: int, folder: Any) -> Iterat
     data = pickle.dumps(source)
     if hasattr(executor, "get_executor"):
         # Use a Dask client's executor, which resolves scattered data.
-        scattered = data if len(data) <= SMALL else executor.scatter(data, broadcast=True)
+        scattered = data if len(data) <= MAX_TASK_BYTES else executor.scatter(data, broadcast=True)
         yield executor.get_executor(retries=retries).submit, scattered
-    elif len(data) <= SMALL:
+    elif len(data) <= MAX_TASK_BYTES:
         yield executor.submit, data
     else:
         file, path = tempfile.mkstemp(prefix="morgana-", suffix=".scene", dir=folder)

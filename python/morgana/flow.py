@@ -43,7 +43,7 @@ __all__ = ["FlowError", "ResamplingError", "Sampled", "density", "main", "read",
 Doubles = NDArray[np.float64]
 Path = Union[str, "os.PathLike[str]"]
 
-MOST_SAMPLES = 1 << 28
+MAX_SAMPLES = 1 << 28
 """Maximum number of samples of a grid: more would take gigabytes for each copy."""
 OPENFOAM = (".foam", ".openfoam")
 """Extensions of files that stand for an OpenFOAM case."""
@@ -51,18 +51,18 @@ CONTROL = os.path.join("system", "controlDict")
 """File that every OpenFOAM case has."""
 GAS_CONSTANT = 8.314462618
 """Molar gas constant, J/(mol K)."""
-MOST_BY_DEFAULT = 4_000_000
+MAX_DEFAULT_SAMPLES = 4_000_000
 """Maximum number of samples of a grid without a given spacing: beyond it, the grid is coarser than
 the mesh."""
-MOST_COMPARED = 200_000
+MAX_COMPARED = 200_000
 """Maximum number of mesh values that a grid is compared with."""
-HAIR = 1e-7
+BOUNDARY_MARGIN = 1e-7
 """Fraction of the extent of a mesh by which samples on its bounds are moved inside."""
 CONTRAST = 1e-4
 """Range of the index that represents the samples when their interpolation error is computed."""
 DRY_AIR = 28.9647e-3
 """Molar mass of dry air, kg/mol."""
-MOST_MOLAR_MASS = 1.0
+MAX_MOLAR_MASS = 1.0
 """Upper bound of molar masses of gases, kg/mol. In g/mol, every gas has more."""
 
 
@@ -355,7 +355,7 @@ def density(pressure: ArrayLike, temperature: ArrayLike, molar_mass: ArrayLike =
         raise ValueError("pressures must be positive: give absolute pressures in pascals, not relative to a reference or divided by the density")
     if not np.all((mass > 0) & np.isfinite(mass)):
         raise ValueError("molar masses must be positive and finite")
-    if np.any(mass >= MOST_MOLAR_MASS):
+    if np.any(mass >= MAX_MOLAR_MASS):
         raise ValueError(f"the molar mass {mass.max():g} kg/mol is too large for a gas: convert g/mol to kg/mol")
     return np.asarray(pressure * mass / (GAS_CONSTANT * temperature))
 
@@ -538,7 +538,7 @@ def _counts(
         counts = np.asarray(shape)
         if counts.shape != (3,) or counts.dtype.kind not in "iu" or counts.min() < 2:
             raise FlowError(f"shape is {shape!r} but must be three whole numbers of at least 2")
-    if counts.astype(float).prod() > MOST_SAMPLES:
+    if counts.astype(float).prod() > MAX_SAMPLES:
         shown = " x ".join(f"{count:.0f}" for count in counts)
         raise FlowError(f"{shown} samples are too many: use a larger spacing, or smaller bounds")
     return counts.astype(np.int64)
@@ -548,7 +548,7 @@ def _steps(spacing: Union[None, float, Sequence[float]], mesh: Any, extent: Doub
     """Returns the distances of samples: the given spacing, or the size of cells."""
     if spacing is None:
         steps = _size_of_cells(mesh)
-        return np.asarray(steps * max(1.0, np.cbrt(np.prod(extent / steps + 1) / MOST_BY_DEFAULT)))
+        return np.asarray(steps * max(1.0, np.cbrt(np.prod(extent / steps + 1) / MAX_DEFAULT_SAMPLES)))
     given = np.asarray(spacing, float)
     if given.shape not in ((), (3,)) or not np.all(np.isfinite(given) & (given > 0)):
         raise FlowError(f"spacing is {spacing!r} but must be positive: one number, or three")
@@ -577,7 +577,7 @@ def _probe(mesh: Any, array: str, places: Doubles) -> Tuple[Doubles, NDArray[np.
     """Returns values at places, and a mask of the places in the mesh. Places on the bounds of the
     mesh count as inside, regardless of rounding."""
     low, high = np.array(mesh.bounds).reshape(3, 2).T
-    hair = HAIR * (high - low)
+    hair = BOUNDARY_MARGIN * (high - low)
     places = np.where(np.abs(places - low) < hair, low + hair, places)
     places = np.where(np.abs(places - high) < hair, high - hair, places)
     found = _pyvista().PolyData(places).sample(mesh)
@@ -605,8 +605,8 @@ def _error(sampled: Sampled, points: Doubles, values: Doubles) -> ResamplingErro
     hair = 1e-9 * (high - low)
     near = np.all((points >= low - hair) & (points <= high + hair), axis=1)
     points, values = points[near], values[near]
-    if len(points) > MOST_COMPARED:
-        some = np.random.default_rng(0).choice(len(points), MOST_COMPARED, replace=False)
+    if len(points) > MAX_COMPARED:
+        some = np.random.default_rng(0).choice(len(points), MAX_COMPARED, replace=False)
         points, values = points[some], values[some]
     span = float(np.ptp(sampled.values))
     if len(points) == 0:

@@ -37,29 +37,29 @@ Valued = Tuple[float, Doubles]
 """Value of a function, and its derivatives."""
 Shape = Tuple[int, int, int]
 
-COARSEST = 8
+MIN_COARSE_SAMPLES = 8
 """Minimum number of samples along the shortest axis of the coarsest grid."""
-SMALL = 2e-3
+MIN_DECREASE = 2e-3
 """Relative decrease of χ² with penalties, per iteration, below which the search ends."""
-SMALL_COARSE = 5e-2
+MIN_COARSE_DECREASE = 5e-2
 """Relative decrease per iteration below which the search ends if finer grids or more rays
 follow."""
-PATIENCE = 3
+AVERAGED_ITERATIONS = 3
 """Number of iterations over which the decrease of χ² is averaged."""
 RAYS_PER_SAMPLE = 0.5
 """Rays in a part of the data, for each sample of a grid. Coarse grids need only a part of the rays;
 the finest grid starts with a part."""
-TURN = 3
+ITERATIONS_PER_PART = 3
 """Iterations with one part of the rays before the next part replaces it."""
 GROWTH = 2
 """Factor by which parts grow on the last grid whenever a part brings no further progress."""
-MOST_RAYS = 1 << 20
+MAX_RAYS = 1 << 20
 """Largest number of rays that the final χ² takes. If there are more rays, it takes this number,
 drawn at random: the standard error of χ² is far below a per cent."""
-FLAT = 0.05
+SMOOTH_SLOPE = 0.05
 """Slope below which total variation counts as smooth, as a fraction of the largest slope after the
 first step that the data alone request."""
-MANY_LOST = 0.1
+MAX_LOST = 0.1
 """Fraction of lost rays above which :func:`fit` warns."""
 EXTREMES = (0.1, 10.0)
 """Least and greatest index of the search, relative to the ambient index. Tracing rays through
@@ -186,11 +186,11 @@ class _Misfit:
     def lost_share(self, lost: int) -> float:
         """Returns the fraction of the measured rays that have no end, given
         :attr:`Reconstruction.lost`."""
-        return lost / np.count_nonzero(next(self.parts(MOST_RAYS)).is_measured)
+        return lost / np.count_nonzero(next(self.parts(MAX_RAYS)).is_measured)
 
     def check_start(self, index: Doubles) -> None:
         """Raises an error if no measured ray has an end in the index at the start."""
-        part = next(self.parts(MOST_RAYS))
+        part = next(self.parts(MAX_RAYS))
         if not (part.is_measured & part.rays.forward(index).valid).any():
             raise ReconstructionError(
                 "no measured ray has an end in the index at the start: the rays miss the exit. Check that it is ahead of the origins along the "
@@ -281,7 +281,7 @@ class _Problem(NamedTuple):
                 if stopped:
                     break
             stopped = level.stopped or "iterations"
-        chi_square, lost = next(self.misfit.parts(MOST_RAYS)).without_derivatives(index)
+        chi_square, lost = next(self.misfit.parts(MAX_RAYS)).without_derivatives(index)
         return Reconstruction(index, chi_square, stopped, history, lost)
 
     def replicate(self, truth: Doubles, rng: np.random.Generator) -> Doubles:
@@ -428,7 +428,7 @@ def _check_lost(share: float) -> None:
     """Raises an error if no ray has an end in an index, and warns if many rays have none."""
     if share == 1:
         raise ReconstructionError("no measured ray has an end in the current index: start from another index, or give lower and upper")
-    if share > MANY_LOST:
+    if share > MAX_LOST:
         message = f"{share:.0%} of the measured rays have no end in the index that was found, and were left out: do they reach the exit?"
         warnings.warn(message, SceneWarning, stacklevel=3)
 
@@ -511,7 +511,7 @@ class _Level:
     def __init__(self, misfit: _Misfit, stage: _Stage, limits: _Limits, index: Doubles, is_last: bool) -> None:
         rays = misfit.rays
         self.parts, self.has_all = misfit.parts(stage.rays), stage.rays == len(rays)
-        self.small = SMALL if is_last else SMALL_COARSE
+        self.small = MIN_DECREASE if is_last else MIN_COARSE_DECREASE
         self.stopped = ""
         """Reason for the end of the search: ``"noise"`` or ``"slow"``; empty until it ends."""
         low, high = limits.of(index, rays.ambient, _centers(rays))
@@ -538,7 +538,7 @@ class _Level:
             misfit.flat = flat
             value, gradient = misfit.with_penalties(index, of_data)
             # Measure progress by rays that have not been fitted yet.
-            if not self.has_all and before - value < TURN * self.small * before:
+            if not self.has_all and before - value < ITERATIONS_PER_PART * self.small * before:
                 break
             before, found = value, index
             for index, chi_square in self._turn(misfit, descent.minimize(misfit, (index, value, gradient), scale, self.within, self.precondition, pairs)):
@@ -555,7 +555,7 @@ class _Level:
         scale, first = descent.first_scale(misfit.of_data, index, gradient, self.precondition)
         if misfit.weights.total_variation == 0:
             return scale, 1.0
-        return scale, max(FLAT * penalties.largest_slope(index + first, penalties.lattice_of(misfit.rays, index.shape)), 1e-300)
+        return scale, max(SMOOTH_SLOPE * penalties.largest_slope(index + first, penalties.lattice_of(misfit.rays, index.shape)), 1e-300)
 
     def _turn(self, misfit: _Misfit, steps: Iterator[Tuple[Doubles, float]]) -> Iterator[Tuple[Doubles, float]]:
         """Yields the steps with one part of the rays; with all rays, the steps until the search
@@ -566,17 +566,17 @@ class _Level:
             if self.has_all:
                 self.stopped = "noise" if misfit.explained else "slow" if _is_slow(values, self.small) else ""
             yield index, misfit.chi_square
-            if self.stopped or (not self.has_all and (misfit.explained or len(values) == TURN)):
+            if self.stopped or (not self.has_all and (misfit.explained or len(values) == ITERATIONS_PER_PART)):
                 return
 
 
 def _is_slow(values: List[float], small: float) -> bool:
     """True if a value fell, on average over the last iterations, by less than the fraction
     ``small`` in each."""
-    if len(values) <= PATIENCE:
+    if len(values) <= AVERAGED_ITERATIONS:
         return False
-    before = values[-1 - PATIENCE]
-    return before - values[-1] < PATIENCE * small * before
+    before = values[-1 - AVERAGED_ITERATIONS]
+    return before - values[-1] < AVERAGED_ITERATIONS * small * before
 
 
 _Given = Tuple[Optional[ArrayLike], Optional[float]]
@@ -663,7 +663,7 @@ def _shape(shape: Sequence[int]) -> Shape:
 def _grids(goal: Shape) -> List[Shape]:
     """Returns the shapes of grids from coarse to fine, by factors of two."""
     grids = [goal]
-    while min(n for n in grids[0] if n > 1) >= 2 * COARSEST if max(goal) > 1 else False:
+    while min(n for n in grids[0] if n > 1) >= 2 * MIN_COARSE_SAMPLES if max(goal) > 1 else False:
         nz, ny, nx = (max(1, (n + 1) // 2) for n in grids[0])
         grids.insert(0, (nz, ny, nx))
     return grids

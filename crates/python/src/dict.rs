@@ -11,12 +11,12 @@ use std::collections::HashSet;
 use std::sync::Arc;
 
 /// Maximum nesting depth: scenes have a few levels, and cycles are infinite.
-const DEEPEST: usize = 200;
+const MAX_DEPTH: usize = 200;
 
 /// Maximum number of repeated dictionaries and lists in one entry of a scene. Each repetition
 /// becomes a copy; objects that contain one another twice at each level would multiply
 /// exponentially.
-const MOST_REPEATED: usize = 1 << 16;
+const MAX_REPETITIONS: usize = 1 << 16;
 
 /// Memory for each number of an array while a scene is made, in bytes: for the array as read, and
 /// for samples, coordinates or coefficients in double precision before and after reordering.
@@ -63,7 +63,7 @@ impl Reader {
 
     /// Registers a dictionary or a list.
     fn enter(&mut self, object: &Bound<'_, PyAny>, place: &str, depth: usize) -> PyResult<()> {
-        if depth > DEEPEST {
+        if depth > MAX_DEPTH {
             let message =
                 format!("{place} is nested too deeply: does a dictionary contain itself?");
             return Err(PyRecursionError::new_err(message));
@@ -71,9 +71,9 @@ impl Reader {
         if !self.seen.insert(object.as_ptr() as usize) {
             self.repeated += 1;
         }
-        if self.repeated > MOST_REPEATED {
+        if self.repeated > MAX_REPETITIONS {
             let message = format!(
-                "{place} is one of more than {MOST_REPEATED} copies: dictionaries or lists contain each other repeatedly, at many levels"
+                "{place} is one of more than {MAX_REPETITIONS} copies: dictionaries or lists contain each other repeatedly, at many levels"
             );
             return Err(PyValueError::new_err(message));
         }

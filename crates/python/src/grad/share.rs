@@ -11,9 +11,9 @@ use rayon::prelude::*;
 
 /// Memory for sums that are computed side by side, in bytes. It does not depend on the number of
 /// threads, so that results do not either.
-const SUMS: usize = 160 << 20;
+const MAX_SUM_BYTES: usize = 160 << 20;
 /// Maximum number of sums.
-const MOST_SUMS: usize = 32;
+const MAX_SUMS: usize = 32;
 
 /// Part of the rays, in their order, with its own sums.
 struct Share<'a> {
@@ -81,8 +81,8 @@ pub(super) fn derivatives(
     let layout = layout(course)?;
     let (mut origins, mut directions) = (vec![0.0; 3 * count], vec![0.0; 3 * count]);
     let bytes = size_of::<f64>() * course.sum_count().max(1);
-    let sums = (SUMS / bytes)
-        .clamp(2, MOST_SUMS)
+    let sums = (MAX_SUM_BYTES / bytes)
+        .clamp(2, MAX_SUMS)
         .min(count.div_ceil(BLOCK))
         .max(1);
     let per_share = count.div_ceil(sums).max(1);
