@@ -5,7 +5,7 @@ use crate::targets::Target;
 use std::path::{Path, PathBuf};
 
 /// Size of the longest file that the corpus includes, in bytes.
-const LONGEST: u64 = 20_000;
+const MAX_FILE_SIZE: u64 = 20_000;
 
 /// Returns the corpus of a target, always in the same order.
 pub fn of(target: &Target) -> Vec<Vec<u8>> {
@@ -30,7 +30,7 @@ fn files(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let small = entries.filter(|e| {
         e.metadata()
-            .is_ok_and(|m| m.is_file() && m.len() <= LONGEST)
+            .is_ok_and(|m| m.is_file() && m.len() <= MAX_FILE_SIZE)
     });
     let mut paths: Vec<PathBuf> = small.map(|e| e.path()).collect();
     paths.sort();

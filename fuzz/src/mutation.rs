@@ -34,7 +34,7 @@ impl Random {
 }
 
 /// Maximum length of an input, in bytes.
-const LONGEST: usize = 1 << 20;
+const MAX_INPUT_SIZE: usize = 1 << 20;
 /// Integers that are likely to break sizes and offsets.
 const NUMBERS: [u64; 14] = [
     0,
@@ -84,7 +84,7 @@ pub fn mutated(corpus: &[Vec<u8>], random: &mut Random) -> Vec<u8> {
     for _ in 0..1 + random.below(4) {
         change(&mut bytes, corpus, random);
     }
-    bytes.truncate(LONGEST);
+    bytes.truncate(MAX_INPUT_SIZE);
     bytes
 }
 
@@ -121,7 +121,7 @@ fn end(bytes: &[u8], at: usize, random: &mut Random) -> usize {
 }
 
 fn insert(bytes: &mut Vec<u8>, at: usize, piece: &[u8]) {
-    if bytes.len() + piece.len() <= LONGEST {
+    if bytes.len() + piece.len() <= MAX_INPUT_SIZE {
         bytes.splice(at..at, piece.iter().copied());
     }
 }

@@ -14,7 +14,7 @@ static ALLOCATOR: PeakAlloc = PeakAlloc;
 /// reader.
 const EXTRA: usize = (64 << 20) + (4 << 20);
 /// Longest time that an input may take, also on a busy machine.
-const PATIENCE: Duration = Duration::from_secs(30);
+const TIME_LIMIT: Duration = Duration::from_secs(30);
 
 /// Tries an input. If it fails, keeps it and ends the program.
 pub fn attempt(target: &Target, input: &[u8]) {
@@ -25,8 +25,8 @@ pub fn attempt(target: &Target, input: &[u8]) {
         // Wait for the input: nothing is sent, and the channel closes when the input has been
         // tried.
         scope.spawn(move || {
-            if waiting.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
-                give_up(target, input, &format!("took more than {PATIENCE:?}"));
+            if waiting.recv_timeout(TIME_LIMIT) == Err(RecvTimeoutError::Timeout) {
+                give_up(target, input, &format!("took more than {TIME_LIMIT:?}"));
             }
         });
         let ended = catch_unwind(AssertUnwindSafe(|| (target.read)(input)));
