@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 
 MODES = 20
-SHORTEST, LONGEST = 0.08, 0.5  # metres
+MIN_LENGTH, MAX_LENGTH = 0.08, 0.5  # metres
 RISE = 0.3  # m/s
 CONTRAST = -1.2e-4  # n − 1 against the air around of air at 250 °C, as on the plate
 
 rng = np.random.default_rng(5)
-length = np.geomspace(LONGEST, SHORTEST, MODES)
+length = np.geomspace(MAX_LENGTH, MIN_LENGTH, MODES)
 k = 2 * np.pi / length
 # A spectrum of 5/3: amplitudes of modes at equal steps of ln k fall as k^(-1/3).
 amplitude = k ** (-1 / 3)
@@ -23,7 +23,7 @@ direction = rng.normal(size=(MODES, 3))
 direction /= np.linalg.norm(direction, axis=1)[:, None]
 phase = rng.uniform(0, 2 * np.pi, MODES)
 # Eddies turn over while they rise, the small ones faster.
-turn = rng.normal(size=MODES) * 2 * np.pi * 0.25 * (LONGEST / length) ** (2 / 3)
+turn = rng.normal(size=MODES) * 2 * np.pi * 0.25 * (MAX_LENGTH / length) ** (2 / 3)
 
 waves = " + ".join(
     f"{a:.3f}*cos({d[0] * m:.2f}*x + {d[1] * m:.2f}*h + {d[2] * m:.2f}*z + {w:.2f}*t + {p:.2f})"

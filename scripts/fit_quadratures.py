@@ -13,8 +13,8 @@ import numpy as np
 from scipy.optimize import linprog, minimize_scalar
 
 # Longest panels in wavelengths, by the number of inner positions, without and with polynomials.
-LONGEST = [0.12, 0.5, 1.07, 1.77]
-LONGEST_WITHIN = [0.12, 0.5, 0.8]
+MAX_PANELS = [0.12, 0.5, 1.07, 1.77]
+MAX_PANELS_WITHIN = [0.12, 0.5, 0.8]
 DIGITS = 9
 
 
@@ -73,7 +73,7 @@ def fit_within(longest, inner):
 
 
 def main():
-    for count, longest in enumerate(LONGEST):
+    for count, longest in enumerate(MAX_PANELS):
         offset = 0.0
         if count >= 2:
             fit = lambda offset: fit_rule(longest, offset, count)[1]
@@ -85,9 +85,9 @@ def main():
         print(f"  ends, slopes, pair, middle {weights.round(DIGITS)}, error {error:.2g}")
         print(f"  without slopes {plain.round(DIGITS)}, error {plain_error:.2g}")
         print(f"  they differ by up to {np.abs(sums - plain_sums).max():.3g}")
-        if count < len(LONGEST_WITHIN):
-            within, error = fit_within(LONGEST_WITHIN[count], inner_places(offset, count))
-            print(f"  within, up to {LONGEST_WITHIN[count]}, error {error:.2g}:")
+        if count < len(MAX_PANELS_WITHIN):
+            within, error = fit_within(MAX_PANELS_WITHIN[count], inner_places(offset, count))
+            print(f"  within, up to {MAX_PANELS_WITHIN[count]}, error {error:.2g}:")
             for row in within.round(DIGITS):
                 print("   ", ", ".join(f"{value:.{DIGITS}f}" for value in row))
 

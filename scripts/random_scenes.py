@@ -46,7 +46,7 @@ DARK = 1e-6
 GAPS = ("missing", "mirror", "reflections", "do not find")
 # Smallest fraction of scenes of which two techniques find all light; about 0.6 is usual. A smaller
 # one means refused scenes, or a broken generator.
-LEAST_COMPARED = 1 / 3
+MIN_COMPARED = 1 / 3
 
 
 class Technique:
@@ -153,8 +153,8 @@ def main() -> int:
     for outcome, count in sorted(outcomes.items()):
         print(f"{count:6} {outcome}")
     agree = sum(count for outcome, count in outcomes.items() if outcome.startswith("agree"))
-    if agree < LEAST_COMPARED * args.count:
-        print(f"only {agree} of {args.count} scenes were compared and agree, fewer than a share of {LEAST_COMPARED:.2f}")
+    if agree < MIN_COMPARED * args.count:
+        print(f"only {agree} of {args.count} scenes were compared and agree, fewer than a share of {MIN_COMPARED:.2f}")
         return 1
     return int("differ" in outcomes)
 

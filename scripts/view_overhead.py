@@ -43,7 +43,7 @@ PLANES = [
     ("samples", "N"),
 ]
 
-MOST = 1 / POLL + len(PLANES) / INTERVAL
+MAX_REQUESTS = 1 / POLL + len(PLANES) / INTERVAL
 """Largest number of requests of a page per second."""
 
 
@@ -154,7 +154,7 @@ def pairs(arguments):
     low, high = interval(ratios)
     print(f"ratio of processor times: median {statistics.median(ratios):.4f}, 95 % interval {low:.4f} to {high:.4f}")
     print(f"server: {1000 * server / requests:.3f} ms of processor time for each of {requests} requests")
-    print(f"at {MOST:.0f} requests a second, the most of a page, {100 * MOST * server / requests:.2f} % of one processor")
+    print(f"at {MAX_REQUESTS:.0f} requests a second, the most of a page, {100 * MAX_REQUESTS * server / requests:.2f} % of one processor")
 
 
 def instructions(arguments):
@@ -193,9 +193,9 @@ def instructions(arguments):
     print(f"{taken['pictures']} pictures, {taken['requests']} requests; {work:,} instructions of the render")
     print(f"making pictures: {100 * making / work:.3f} % of them; each request: {server // taken['requests']:,} instructions")
     seconds, _, _ = render(arguments, False, 1)
-    share = MOST * server / taken["requests"] / (work / seconds)
+    share = MAX_REQUESTS * server / taken["requests"] / (work / seconds)
     print(
-        f"the same render without callgrind: {seconds:.2f} s; at {MOST:.0f} requests a second, the most of a page, serving is {100 * share:.3f} %"
+        f"the same render without callgrind: {seconds:.2f} s; at {MAX_REQUESTS:.0f} requests a second, the most of a page, serving is {100 * share:.3f} %"
     )
 
 
