@@ -43,7 +43,7 @@ impl Variation for ArcLength {
 
 /// Intersection of an arc with a surface.
 #[derive(Clone, Copy, Debug)]
-pub struct FlightMeeting<M> {
+pub struct FlightIntersection<M> {
     /// Parameter of the arc.
     pub theta: f64,
     /// Intersection point, on the surface to round-off.
@@ -111,8 +111,8 @@ impl Flight {
         [x, v]: [DVec3; 2],
         limits: &FlightLimits,
         work: &mut Work,
-        meets: impl Fn(&Arc) -> Option<FlightMeeting<M>>,
-    ) -> Result<(FlightPoint, Option<FlightMeeting<M>>), RayFailure> {
+        meets: impl Fn(&Arc) -> Option<FlightIntersection<M>>,
+    ) -> Result<(FlightPoint, Option<FlightIntersection<M>>), RayFailure> {
         self.nodes.clear();
         self.spans.clear();
         let node = Node::new(field, x, v, ArcLength::default());
@@ -198,7 +198,7 @@ fn reach<M>(
     field: &Field,
     is_line: bool,
     step: &Step<ArcLength>,
-    met: &FlightMeeting<M>,
+    met: &FlightIntersection<M>,
 ) -> (Node<ArcLength>, f64) {
     let mut h = met.theta * step.arc.h();
     let mut node = advanced(field, is_line, &step.start, h);

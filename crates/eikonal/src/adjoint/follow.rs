@@ -1,7 +1,7 @@
 //! Rays traced forward, and recorded for derivatives in reverse mode.
 
 use super::action::Action;
-use super::receiver::{Met, Receiver};
+use super::receiver::{Intersection, Receiver};
 use crate::budget::{CROSSINGS_PER_RAY, STEPS_PER_RAY};
 use crate::connect::{Crossing, World};
 use crate::field::Field;
@@ -78,7 +78,7 @@ pub(super) struct Passed<R> {
 /// Steps in one region. Except for the first segment, a segment starts at a surface that the ray
 /// has passed.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Leg<R> {
+pub(super) struct Segment<R> {
     pub region: R,
     /// Index of the first step of the segment.
     pub first: usize,
@@ -97,7 +97,7 @@ pub struct AdjointRay<'w, W: World> {
     max_length: f64,
     /// Spans of σ of the steps.
     pub(super) spans: Vec<f64>,
-    pub(super) legs: Vec<Leg<W::Region>>,
+    pub(super) segments: Vec<Segment<W::Region>>,
     pub(super) start: Option<RayStart<W::Region>>,
     pub(super) end: Option<RayEnd>,
     /// Normal of the receiver at the end of the ray.
@@ -116,7 +116,7 @@ impl<'w, W: World> AdjointRay<'w, W> {
             tolerance,
             max_length,
             spans: Vec::new(),
-            legs: Vec::new(),
+            segments: Vec::new(),
             start: None,
             end: None,
             normal: DVec3::ZERO,
@@ -131,20 +131,20 @@ impl<'w, W: World> AdjointRay<'w, W> {
     /// The reason why the ray has no end.
     pub fn follow(&mut self, start: RayStart<W::Region>) -> Result<RayEnd, RayFailure> {
         self.spans.clear();
-        self.legs.clear();
+        self.segments.clear();
         let direction = start.direction.normalize();
         (self.start, self.end) = (Some(RayStart { direction, ..start }), None);
         let field = self.world.field(start.region);
         let mut node = Node::start(field, start.x, direction, Action::default());
-        let mut leg = Leg {
+        let mut segment = Segment {
             region: start.region,
             first: 0,
             passed: None,
         };
         let mut so_far = Progressed::default();
         loop {
-            self.legs.push(leg);
-            let (end, met) = self.leg(&leg, node, &mut so_far)?;
+            self.segments.push(segment);
+            let (end, met) = self.segment(&segment, node, &mut so_far)?;
             so_far.optical_length +=
                 0.5 * (end.x.dot(end.v) - node.x.dot(node.v) + end.variation.0);
             let crossing = match met {
@@ -159,21 +159,21 @@ impl<'w, W: World> AdjointRay<'w, W> {
                 }
                 End::Surface(crossing) => crossing,
             };
-            if self.legs.len() > CROSSINGS_PER_RAY as usize {
+            if self.segments.len() > CROSSINGS_PER_RAY as usize {
                 return Err(RayFailure::OverBudget);
             }
-            (node, leg) = self.pass(&leg, &end, &crossing)?;
+            (node, segment) = self.pass(&segment, &end, &crossing)?;
         }
     }
 
     /// Steps through one region, up to the receiver or a surface.
-    fn leg(
+    fn segment(
         &mut self,
-        leg: &Leg<W::Region>,
+        segment: &Segment<W::Region>,
         node: Node<Action>,
         so_far: &mut Progressed,
     ) -> Result<(Node<Action>, End<W::Region>), RayFailure> {
-        let field = self.world.field(leg.region);
+        let field = self.world.field(segment.region);
         let mut flow = Flow::new(field, node, self.tolerance);
         loop {
             let at = *flow.node();
@@ -189,7 +189,7 @@ impl<'w, W: World> AdjointRay<'w, W> {
             }
             let limit = left.min(MAX_STEP_PER_RESOLVED_SPAN * field.resolved_span(at.x, at.v));
             let mut step = flow.advance(limit, &mut self.work);
-            if let Some((end, h, met)) = self.met(leg.region, field, &step) {
+            if let Some((end, h, met)) = self.met(segment.region, field, &step) {
                 self.spans.push(h);
                 so_far.length += h * at.v.length();
                 return Ok((end, met));
@@ -240,10 +240,10 @@ impl<'w, W: World> AdjointRay<'w, W> {
     /// Returns the start of the next segment, beyond a surface or reflected by it.
     fn pass(
         &self,
-        leg: &Leg<W::Region>,
+        segment: &Segment<W::Region>,
         end: &Node<Action>,
         crossing: &Crossing<W::Region>,
-    ) -> Result<(Node<Action>, Leg<W::Region>), RayFailure> {
+    ) -> Result<(Node<Action>, Segment<W::Region>), RayFailure> {
         let (far_n2, far_a, ()) = <()>::local(self.world.field(crossing.beyond), end.x);
         let interface = Interface {
             normal: crossing.normal,
@@ -260,7 +260,7 @@ impl<'w, W: World> AdjointRay<'w, W> {
             ),
         };
         let region = if rule == Rule::Reflect {
-            leg.region
+            segment.region
         } else {
             crossing.beyond
         };
@@ -280,21 +280,21 @@ impl<'w, W: World> AdjointRay<'w, W> {
             x: end.x,
             before: end.v,
             after,
-            near: leg.region,
+            near: segment.region,
             far: crossing.beyond,
         };
-        let leg = Leg {
+        let segment = Segment {
             region,
             first: self.spans.len(),
             passed: Some(passed),
         };
-        Ok((node, leg))
+        Ok((node, segment))
     }
 }
 
 /// End of a segment.
 enum End<R> {
-    Receiver(Met),
+    Receiver(Intersection),
     Surface(Crossing<R>),
 }
 

@@ -1,7 +1,7 @@
 //! Forward mode: the change of a ray's end for changes of its start, the fields and the surfaces
 //! (docs/theory.md#derivatives-of-rays).
 
-use super::follow::{AdjointRay, Leg, Passed};
+use super::follow::{AdjointRay, Passed, Segment};
 use crate::connect::World;
 use crate::field::IndexChange;
 use crate::interface::{Displacement, Interface, Rule};
@@ -70,7 +70,7 @@ impl<W: World> AdjointRay<'_, W> {
         start: &StartChange,
         change: &impl WorldChange<W::Region>,
     ) -> Option<EndChange> {
-        let (begin, end, last) = (self.start?, self.end?, self.legs.last()?);
+        let (begin, end, last) = (self.start?, self.end?, self.segments.last()?);
         let (n2, grad) = self.world.field(begin.region).gradient(begin.x);
         let n = n2.sqrt();
         let of_n2 = change.index(begin.region, begin.x).n2 + grad.dot(start.x);
@@ -83,14 +83,14 @@ impl<W: World> AdjointRay<'_, W> {
             of_length: -v.dot(start.x),
         };
         // Advance over all surfaces and segments.
-        for (i, leg) in self.legs.iter().enumerate() {
-            if let Some(passed) = &leg.passed {
+        for (i, segment) in self.segments.iter().enumerate() {
+            if let Some(passed) = &segment.passed {
                 state.pass(self, passed, change)?;
             }
-            let next = self.legs.get(i + 1);
-            state.leg(
+            let next = self.segments.get(i + 1);
+            state.segment(
                 self,
-                leg,
+                segment,
                 next.map_or(self.spans.len(), |next| next.first),
                 change,
             );
@@ -110,25 +110,25 @@ impl<W: World> AdjointRay<'_, W> {
 
 impl Changed {
     /// Advances over the steps of a segment, up to the step before index `beyond`.
-    fn leg<W: World>(
+    fn segment<W: World>(
         &mut self,
         ray: &AdjointRay<W>,
-        leg: &Leg<W::Region>,
+        segment: &Segment<W::Region>,
         beyond: usize,
         change: &impl WorldChange<W::Region>,
     ) {
         let mut kick = 0.0;
-        for &h in &ray.spans[leg.first..beyond] {
+        for &h in &ray.spans[segment.first..beyond] {
             kick += KICK[0] * h;
             for (drift, after) in STAGES {
-                self.kick(ray, leg.region, kick, change);
+                self.kick(ray, segment.region, kick, change);
                 self.x += self.v * (DRIFT[drift] * h);
                 self.of_x += self.of_v * (DRIFT[drift] * h);
                 kick = KICK[after] * h;
             }
         }
-        if beyond > leg.first {
-            self.kick(ray, leg.region, kick, change);
+        if beyond > segment.first {
+            self.kick(ray, segment.region, kick, change);
         }
     }
 

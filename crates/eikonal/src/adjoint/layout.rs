@@ -97,7 +97,7 @@ impl AdjointRay<'_, Layout<'_>> {
         let Layout::Sequence(sequence) = self.world else {
             return end;
         };
-        let through = sequence.verdict(&self.legs, self.end.is_some());
+        let through = sequence.verdict(&self.segments, self.end.is_some());
         let end = through.and(end);
         if end.is_err() {
             self.end = None;

@@ -24,7 +24,7 @@ mod tests;
 
 pub use crossing::FlightCrossing;
 pub use embedded::Embedded;
-pub use flight::{Flight, FlightLimits, FlightMeeting, FlightPoint};
+pub use flight::{Flight, FlightIntersection, FlightLimits, FlightPoint};
 pub use flight_back::{FlightAdjoint, FlightDerivative};
 pub use follow::{AdjointRay, RayEnd, RayFailure, RayStart};
 pub use forward::{EndChange, StartChange, WorldChange};

@@ -24,15 +24,15 @@ pub enum Receiver {
 
 /// Intersection of an arc with a plane.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Met {
+pub(super) struct Intersection {
     pub theta: f64,
     pub position: DVec3,
     pub normal: DVec3,
 }
 
-impl Met {
+impl Intersection {
     fn at(arc: &Arc, theta: f64, normal: DVec3) -> Self {
-        Met {
+        Intersection {
             theta,
             position: arc.position(theta),
             normal,
@@ -43,7 +43,7 @@ impl Met {
 impl Receiver {
     /// Returns the first intersection of an arc with the receiver. An arc meets the faces of a box
     /// only if it starts in the box.
-    pub(super) fn first(&self, arc: &Arc) -> Option<Met> {
+    pub(super) fn first(&self, arc: &Arc) -> Option<Intersection> {
         match self {
             Receiver::Plane { point, normal } => plane(arc, *point, *normal),
             Receiver::Leaving(region) if region.grown(reach(region)).contains(arc.start()) => {
@@ -55,10 +55,10 @@ impl Receiver {
 }
 
 /// Returns the first intersection of an arc with a plane.
-fn plane(arc: &Arc, point: DVec3, normal: DVec3) -> Option<Met> {
+fn plane(arc: &Arc, point: DVec3, normal: DVec3) -> Option<Intersection> {
     let heights = height(&arc.control(), point, normal);
     let theta = first_root(&heights, 0.0, 1.0, [0.0; 2])?;
-    Some(Met::at(arc, theta, normal))
+    Some(Intersection::at(arc, theta, normal))
 }
 
 /// Returns the distance by which round-off may put the end of a step beyond a face.
@@ -68,15 +68,15 @@ fn reach(region: &Aabb) -> f64 {
 
 /// Returns the point where an arc that starts in a box leaves it. If the previous step ended on a
 /// face, beyond it by round-off but without meeting it, the arc leaves the box at its start.
-pub(super) fn leaving(arc: &Arc, region: &Aabb) -> Option<Met> {
+pub(super) fn leaving(arc: &Arc, region: &Aabb) -> Option<Intersection> {
     let ends = arc.aabb();
     let (start, step) = (arc.start(), arc.end() - arc.start());
     let faces = [(region.max, 1.0), (region.min, -1.0)];
-    let mut first: Option<Met> = None;
+    let mut first: Option<Intersection> = None;
     for (corner, sign) in faces {
         for (axis, unit) in [DVec3::X, DVec3::Y, DVec3::Z].into_iter().enumerate() {
             if sign * (start[axis] - corner[axis]) >= 0.0 && sign * step[axis] > 0.0 {
-                return Some(Met::at(arc, 0.0, unit * sign));
+                return Some(Intersection::at(arc, 0.0, unit * sign));
             }
             let reaches = if sign > 0.0 {
                 ends.max[axis] > corner[axis]
@@ -95,7 +95,7 @@ pub(super) fn leaving(arc: &Arc, region: &Aabb) -> Option<Met> {
 }
 
 /// Returns the point where a straight arc that starts outside a box enters it.
-pub(super) fn entering(arc: &Arc, region: &Aabb) -> Option<Met> {
+pub(super) fn entering(arc: &Arc, region: &Aabb) -> Option<Intersection> {
     let (x, step) = (arc.start(), arc.end() - arc.start());
     let (mut near, mut far, mut normal) = (f64::NEG_INFINITY, f64::INFINITY, DVec3::ZERO);
     for (axis, unit) in [DVec3::X, DVec3::Y, DVec3::Z].into_iter().enumerate() {
@@ -112,5 +112,5 @@ pub(super) fn entering(arc: &Arc, region: &Aabb) -> Option<Met> {
         }
         far = far.min(a.max(b));
     }
-    (near > 0.0 && near <= 1.0 && near < far).then(|| Met::at(arc, near, normal))
+    (near > 0.0 && near <= 1.0 && near < far).then(|| Intersection::at(arc, near, normal))
 }

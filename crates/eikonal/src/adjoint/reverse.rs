@@ -1,6 +1,6 @@
 //! Reverse mode: derivatives taken back along a ray (docs/theory.md#derivatives-of-rays).
 
-use super::follow::{AdjointRay, Leg, Passed};
+use super::follow::{AdjointRay, Passed, Segment};
 use crate::connect::World;
 use crate::field::IndexDerivative;
 use crate::interface::{Displacement, Interface, Rule};
@@ -92,7 +92,7 @@ impl<W: World> AdjointRay<'_, W> {
         loss: &EndDerivative,
         sink: &mut impl IndexSink<W::Region>,
     ) -> Option<StartDerivative> {
-        let (start, end, last) = (self.start?, self.end?, self.legs.last()?);
+        let (start, end, last) = (self.start?, self.end?, self.segments.last()?);
         let a = 0.5 * self.world.field(last.region).gradient(end.x).1;
         let mut adjoint = Adjoint {
             x: end.x,
@@ -111,10 +111,10 @@ impl<W: World> AdjointRay<'_, W> {
         adjoint.by_x -= self.normal * by_offset;
         // Go back over all segments and surfaces.
         let mut beyond = self.spans.len();
-        for leg in self.legs.iter().rev() {
-            adjoint.leg(self, leg, beyond, sink);
-            beyond = leg.first;
-            if let Some(passed) = &leg.passed {
+        for segment in self.segments.iter().rev() {
+            adjoint.segment(self, segment, beyond, sink);
+            beyond = segment.first;
+            if let Some(passed) = &segment.passed {
                 adjoint.pass(passed, sink);
             }
         }
@@ -138,24 +138,24 @@ impl<W: World> AdjointRay<'_, W> {
 impl Adjoint {
     /// Goes back over the steps of a segment, from the step before index `beyond`. The last kick of
     /// a step and the first kick of the next step are combined.
-    fn leg<W: World>(
+    fn segment<W: World>(
         &mut self,
         ray: &AdjointRay<W>,
-        leg: &Leg<W::Region>,
+        segment: &Segment<W::Region>,
         beyond: usize,
         sink: &mut impl IndexSink<W::Region>,
     ) {
         let mut kick = 0.0;
-        for &h in ray.spans[leg.first..beyond].iter().rev() {
+        for &h in ray.spans[segment.first..beyond].iter().rev() {
             for (drift, after) in STAGES.into_iter().rev() {
-                self.kick(ray, leg.region, kick + KICK[after] * h, sink);
+                self.kick(ray, segment.region, kick + KICK[after] * h, sink);
                 kick = 0.0;
                 self.drift(DRIFT[drift] * h);
             }
             kick = KICK[0] * h;
         }
-        if beyond > leg.first {
-            self.kick(ray, leg.region, kick, sink);
+        if beyond > segment.first {
+            self.kick(ray, segment.region, kick, sink);
         }
     }
 

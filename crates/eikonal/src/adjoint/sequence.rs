@@ -1,7 +1,7 @@
 //! Media between surfaces that rays meet in a fixed order, as in a lens
 //! (docs/theory.md#derivatives-of-rays).
 
-use super::follow::{Leg, RayFailure};
+use super::follow::{RayFailure, Segment};
 use super::quadric::Quadric;
 use crate::connect::{Crossing, World};
 use crate::field::Field;
@@ -76,8 +76,12 @@ impl<'a> Sequence<'a> {
     }
 
     /// Returns the reason why a ray with these segments has no end or did not pass all elements.
-    pub(super) fn verdict(&self, legs: &[Leg<usize>], has_end: bool) -> Result<(), RayFailure> {
-        for passed in legs.iter().filter_map(|leg| leg.passed) {
+    pub(super) fn verdict(
+        &self,
+        segments: &[Segment<usize>],
+        has_end: bool,
+    ) -> Result<(), RayFailure> {
+        for passed in segments.iter().filter_map(|segment| segment.passed) {
             match self.elements[passed.surface] {
                 SequenceElement::Refracting(_) if passed.rule == Rule::Reflect => {
                     return Err(RayFailure::Reflected);
@@ -90,7 +94,7 @@ impl<'a> Sequence<'a> {
                 _ => {}
             }
         }
-        let last = legs.last().map_or(0, |leg| leg.region);
+        let last = segments.last().map_or(0, |segment| segment.region);
         // Planted error "rays that miss a surface taken for rays that come through", found by morgana-eikonal/eikonal::adjoint::failures::rays_that_do_not_come_through:
         // if has_end && last > self.elements.len() {
         if has_end && last < self.elements.len() {

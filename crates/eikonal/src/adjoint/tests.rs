@@ -123,8 +123,8 @@ fn forward(ray: &AdjointRay<BallLens>, by: &Perturbation) -> (DVec3, DVec3, f64)
     let (mut x, mut v) = (start.x, start.direction * n);
     let (mut dx, mut dv) = (by.x, by.direction * n + start.direction * of_n);
     let mut ds = -v.dot(dx);
-    for (i, leg) in ray.legs.iter().enumerate() {
-        if let Some(passed) = &leg.passed {
+    for (i, segment) in ray.segments.iter().enumerate() {
+        if let Some(passed) = &segment.passed {
             let (interface, rule, before) = (&passed.interface, passed.rule, passed.before);
             let columns = Tangents {
                 dx: [dx, DVec3::ZERO],
@@ -144,17 +144,17 @@ fn forward(ray: &AdjointRay<BallLens>, by: &Perturbation) -> (DVec3, DVec3, f64)
             (x, v) = (passed.x + interface.normal * off, passed.after);
         }
         let beyond = ray
-            .legs
+            .segments
             .get(i + 1)
             .map_or(ray.spans.len(), |next| next.first);
         let mut kick = |x: DVec3, v: &mut DVec3, dx: DVec3, dv: &mut DVec3, h: f64| {
-            let jet = world.field(leg.region).jet(x);
-            let (value, slope) = by.of_index(world, leg.region, x);
+            let jet = world.field(segment.region).jet(x);
+            let (value, slope) = by.of_index(world, segment.region, x);
             *v += jet.grad * (0.5 * h);
             *dv += (jet.hess * dx + slope) * (0.5 * h);
             ds += 0.5 * h * value;
         };
-        for h in &ray.spans[leg.first..beyond] {
+        for h in &ray.spans[segment.first..beyond] {
             kick(x, &mut v, dx, &mut dv, KICK[0] * h);
             for (drift, after) in STAGES {
                 x += v * (DRIFT[drift] * h);
@@ -163,7 +163,7 @@ fn forward(ray: &AdjointRay<BallLens>, by: &Perturbation) -> (DVec3, DVec3, f64)
             }
         }
     }
-    let region = ray.legs.last().unwrap().region;
+    let region = ray.segments.last().unwrap().region;
     let a = 0.5 * world.field(region).gradient(x).1;
     let span = -ray.normal.dot(dx) / ray.normal.dot(v);
     let dx = dx + v * span;
@@ -241,7 +241,7 @@ fn reverse_mode_is_the_transpose_of_forward_mode() {
                 ray.receiver = receiver_within;
             }
             ray.follow(start).unwrap();
-            passed += ray.legs.len() - 1;
+            passed += ray.segments.len() - 1;
             let tilt = vector(&mut rng);
             let mut parameters = |region: usize| {
                 let count = world.fields[region].sum_count();

@@ -39,8 +39,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             reflected
         };
         let mut all: Vec<Nearest> = Vec::new();
-        self.follow(world, family, region, reach, &mut reflect, |leg| {
-            all.push(leg.nearest(y));
+        self.follow(world, family, region, reach, &mut reflect, |segment| {
+            all.push(segment.nearest(y));
         })
         .ok()?;
         let mut minima: Vec<Nearest> = minima(&all).into_iter().map(|(_, n)| n).collect();

@@ -61,7 +61,7 @@ impl Ball {
     }
 
     /// Returns true if every ray through the inner point `x` leaves the ball.
-    pub fn lets_out(&self, x: DVec3) -> bool {
+    pub fn leaves_ball(&self, x: DVec3) -> bool {
         self.ratio * x.distance(self.center) <= self.radius
     }
 

@@ -13,7 +13,7 @@ use glam::DVec3;
 
 /// A piece of a ray, with the optical length and the pattern before it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Leg<R> {
+pub(super) struct Segment<R> {
     pub piece: Piece<R>,
     /// Optical path length before the piece.
     pub before: f64,
@@ -36,7 +36,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         region: R,
         reach: &Reach,
         reflect: &mut dyn FnMut(u32) -> bool,
-        mut visit: impl FnMut(&Leg<R>),
+        mut visit: impl FnMut(&Segment<R>),
     ) -> Result<(), Failure> {
         let node = Node::start(world.field(region), family.x(), family.direction(), ());
         let (length, tolerance) = (reach.optical_length, self.scouting());
@@ -44,7 +44,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             reach,
             reflect,
             &mut self.work,
-            |leg, _| visit(leg),
+            |segment, _| visit(segment),
         )
     }
 }
@@ -62,19 +62,19 @@ impl<W: World, V: Mapped> Trajectory<'_, W, V> {
         reach: &Reach,
         reflect: &mut dyn FnMut(u32) -> bool,
         work: &mut Work,
-        mut visit: impl FnMut(&Leg<W::Region>, &Node<V>),
+        mut visit: impl FnMut(&Segment<W::Region>, &Node<V>),
     ) -> Result<(), Failure> {
         let (mut before, mut pattern, mut bounces) = (0.0, self.pattern(), 0);
         let mut first = *self.end();
         while bounces <= reach.bounces
             && let Some(piece) = self.advance(reflect, work)?
         {
-            let leg = Leg {
+            let segment = Segment {
                 piece,
                 before,
                 pattern,
             };
-            visit(&leg, &first);
+            visit(&segment, &first);
             first = self.node();
             before += piece.arc.optical_length(piece.theta_end);
             pattern = self.pattern();
@@ -100,7 +100,7 @@ pub(super) struct Nearest {
     pub ends: [bool; 2],
 }
 
-impl<R> Leg<R> {
+impl<R> Segment<R> {
     /// Returns the closest approach of this piece to `y`.
     pub(super) fn nearest(&self, y: DVec3) -> Nearest {
         let arc = &self.piece.arc;

@@ -96,8 +96,13 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         let mut history = History::new();
         let family = RayFamily::Point { x, direction };
         // Keep the events of a lost ray up to its end.
-        let _ = self.follow(world, family, region, reach, &mut |_| false, |leg| {
-            history.extend(leg.piece.event.map(|e| (leg.before, e.surface, e.rule)));
+        let _ = self.follow(world, family, region, reach, &mut |_| false, |segment| {
+            history.extend(
+                segment
+                    .piece
+                    .event
+                    .map(|e| (segment.before, e.surface, e.rule)),
+            );
         });
         history
     }

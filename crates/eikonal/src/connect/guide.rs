@@ -1,6 +1,6 @@
 //! A reference ray, along which connections to nearby points start.
 
-use super::closest::{Leg, Nearest, minima};
+use super::closest::{Nearest, Segment, minima};
 use super::connection::Failure;
 use super::newton::EndState;
 use super::shoot::Trajectory;
@@ -22,7 +22,7 @@ const MAX_STARTS: usize = 8;
 pub struct Guide<R> {
     start: InitialGuess<R>,
     /// Pieces of the ray, with the nodes at their starts.
-    legs: Vec<(Leg<R>, EndState)>,
+    segments: Vec<(Segment<R>, EndState)>,
 }
 
 impl<R: Copy + PartialEq + std::fmt::Debug> Guide<R> {
@@ -37,7 +37,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Guide<R> {
         start: InitialGuess<R>,
         tolerance: Tolerance,
     ) -> Result<Self, Failure> {
-        let mut legs = Vec::new();
+        let mut segments = Vec::new();
         let reach = Reach {
             optical_length: start.optical_length,
             reflections: u32::MAX,
@@ -49,9 +49,9 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Guide<R> {
             &reach,
             &mut |i| start.pattern.reflects(i),
             work,
-            |leg, node| legs.push((*leg, *node)),
+            |segment, node| segments.push((*segment, *node)),
         )?;
-        Ok(Guide { start, legs })
+        Ok(Guide { start, segments })
     }
 
     /// Returns the initial guess that this ray follows.
@@ -61,23 +61,27 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Guide<R> {
 
     /// Returns the pieces of the ray, in order.
     pub fn pieces(&self) -> impl Iterator<Item = &Piece<R>> {
-        self.legs.iter().map(|(leg, _)| &leg.piece)
+        self.segments.iter().map(|(segment, _)| &segment.piece)
     }
 
     /// Returns initial guesses at the ray's local closest approaches to `y`, nearest first, at most
     /// eight. The start of the ray is not among them.
     pub fn starts<W: World<Region = R>>(&self, world: &W, y: DVec3) -> Vec<Followed<R>> {
-        let nearest: Vec<Nearest> = self.legs.iter().map(|(leg, _)| leg.nearest(y)).collect();
+        let nearest: Vec<Nearest> = self
+            .segments
+            .iter()
+            .map(|(segment, _)| segment.nearest(y))
+            .collect();
         let mut minima = minima(&nearest);
         minima.sort_by(|(_, a), (_, b)| a.distance.total_cmp(&b.distance));
         minima.truncate(MAX_STARTS);
         let InitialGuess { family, region, .. } = self.start;
         let followed = |(i, nearest): &(usize, Nearest)| {
-            let (leg, node) = &self.legs[*i];
-            let field = world.field(leg.piece.region);
+            let (segment, node) = &self.segments[*i];
+            let field = world.field(segment.piece.region);
             Followed {
                 start: nearest.start(family, region),
-                end: node.advanced(field, leg.piece.arc.h() * nearest.theta),
+                end: node.advanced(field, segment.piece.arc.h() * nearest.theta),
                 evaluations: if field.is_constant() {
                     0
                 } else {

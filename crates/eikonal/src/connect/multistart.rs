@@ -137,8 +137,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
                 pattern.reflects(i)
             };
             // Keep the pieces of a lost ray up to its end.
-            let _ = self.follow(world, family, region, reach, &mut reflect, |leg| {
-                nearest.push(leg.nearest(y));
+            let _ = self.follow(world, family, region, reach, &mut reflect, |segment| {
+                nearest.push(segment.nearest(y));
             });
             // Skip the part before the last reflection: the pattern without this reflection has
             // covered it.

@@ -26,7 +26,7 @@ pub(super) struct Travelled {
     /// Span of σ.
     pub sigma: f64,
     /// Arc length since the last interface, or of the segment that an interface has just ended.
-    pub leg: f64,
+    pub segment: f64,
 }
 
 /// A ray that is being traced, with or without tangents.
@@ -41,7 +41,7 @@ pub(super) struct Trajectory<'w, W: World, V: Mapped> {
     left: f64,
     travelled: Travelled,
     /// True if the next piece begins a segment.
-    new_leg: bool,
+    new_segment: bool,
     pieces: usize,
     crossings: u32,
     encounters: u32,
@@ -67,7 +67,7 @@ impl<'w, W: World, V: Mapped> Trajectory<'w, W, V> {
             end: node,
             left: optical_length,
             travelled: Travelled::default(),
-            new_leg: false,
+            new_segment: false,
             pieces: 0,
             crossings: 0,
             encounters: 0,
@@ -222,8 +222,12 @@ impl<'w, W: World, V: Mapped> Trajectory<'w, W, V> {
         so_far.arc_length += arc_length;
         so_far.optical_length += optical_length;
         so_far.sigma += piece.arc.h() * piece.theta_end;
-        so_far.leg = if self.new_leg { 0.0 } else { so_far.leg } + arc_length;
-        self.new_leg = false;
+        so_far.segment = if self.new_segment {
+            0.0
+        } else {
+            so_far.segment
+        } + arc_length;
+        self.new_segment = false;
         self.left = (self.left - optical_length).max(0.0);
     }
 
@@ -236,7 +240,7 @@ impl<'w, W: World, V: Mapped> Trajectory<'w, W, V> {
         reflect: &mut dyn FnMut(u32) -> bool,
     ) -> Result<Event, Failure> {
         self.crossings += 1;
-        self.new_leg = true;
+        self.new_segment = true;
         // Set up the interface.
         let field = self.world.field(self.region);
         let node = Node::start(field, crossing.position, v.normalize(), variation);

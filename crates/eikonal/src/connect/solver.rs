@@ -222,7 +222,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
                 match self.finish(&trial, &hit, y, shots) {
                     Ok(found) => {
                         let before = best.as_ref().map(|(iterate, end, _)| (iterate, end));
-                        if is_last || self.is_steady(world, before, &trial, &found) {
+                        if is_last || self.needs_no_second_ray(world, before, &trial, &found) {
                             return Ok(found);
                         }
                         is_last = true;
@@ -276,7 +276,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         let correctable =
             (MAX_CORRECTED_MISS * hit.jacobian() / straight).clamp(1.0, MAX_CORRECTED_MISS);
         f64::max(
-            correctable * self.tolerance.get() * hit.travelled.leg,
+            correctable * self.tolerance.get() * hit.travelled.segment,
             floor,
         )
     }
@@ -284,7 +284,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     /// Returns true if the last correction hardly changes the Jacobian. The estimate uses the
     /// change of the Jacobian since the previous iterate or, without one, the field's length scale
     /// (docs/theory.md#second-shots).
-    fn is_steady<W: World<Region = R>>(
+    fn needs_no_second_ray<W: World<Region = R>>(
         &self,
         world: &W,
         before: Option<(&Iterate, &EndState)>,

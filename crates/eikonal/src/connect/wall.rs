@@ -123,7 +123,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
                 arc_length: ray.arc_length,
                 optical_length: ray.optical_length,
                 sigma: ray.sigma,
-                leg: ray.arc_length,
+                segment: ray.arc_length,
             },
             interface,
         })
@@ -151,16 +151,16 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         let beyond = inside.crossing.beyond;
         let mut end_state = Node::new(world.field(beyond), x + after * sigma, after, variation);
         end_state.variation.drift(sigma);
-        let leg = far_n2.sqrt() * sigma;
+        let segment = far_n2.sqrt() * sigma;
         let so_far = inside.travelled;
         let hit = Hit {
             first_index: inside.first.length(),
             end_state,
             travelled: Travelled {
-                arc_length: so_far.arc_length + leg,
+                arc_length: so_far.arc_length + segment,
                 optical_length: so_far.optical_length + far_n2 * sigma,
                 sigma: so_far.sigma + sigma,
-                leg,
+                segment,
             },
             pattern: Pattern::REFRACT,
         };

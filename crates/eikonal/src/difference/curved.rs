@@ -21,7 +21,7 @@ const TOLERANCE: f64 = 1e-9;
 
 /// Part of a ray since its start or its last reflection.
 #[derive(Clone, Debug)]
-pub(super) struct CurvedLeg<'a> {
+pub(super) struct CurvedSegment<'a> {
     reference: &'a Field,
     /// Direction in which the ray started.
     toward: DVec3,
@@ -60,9 +60,9 @@ impl Part {
     }
 }
 
-impl<'a> CurvedLeg<'a> {
+impl<'a> CurvedSegment<'a> {
     pub(super) fn new(reference: &'a Field, toward: DVec3) -> Self {
-        CurvedLeg {
+        CurvedSegment {
             reference,
             toward,
             parts: Vec::new(),
@@ -73,7 +73,7 @@ impl<'a> CurvedLeg<'a> {
 
     /// Starts the segment of a reflected ray.
     pub(super) fn reflected(&self, toward: DVec3) -> Self {
-        CurvedLeg::new(self.reference, toward)
+        CurvedSegment::new(self.reference, toward)
     }
 
     pub(super) fn add(

@@ -15,10 +15,10 @@ mod straight;
 
 use crate::field::Field;
 use crate::ray::{Arc, Work};
-use curved::CurvedLeg;
+use curved::CurvedSegment;
 use glam::DVec3;
 use quadrature::Quadrature;
-use straight::StraightLeg;
+use straight::StraightSegment;
 
 /// Reference of optical path differences.
 #[derive(Clone, Copy, Debug)]
@@ -39,15 +39,15 @@ pub enum Reference<'a> {
 pub struct PathDifference<'a> {
     /// Path difference of the completed segments.
     done: f64,
-    leg: Leg<'a>,
+    segment: Segment<'a>,
     quadrature: Quadrature,
 }
 
 /// Part of a ray since its start or its last reflection.
 #[derive(Clone, Debug)]
-enum Leg<'a> {
-    Straight(StraightLeg),
-    Curved(CurvedLeg<'a>),
+enum Segment<'a> {
+    Straight(StraightSegment),
+    Curved(CurvedSegment<'a>),
 }
 
 impl<'a> PathDifference<'a> {
@@ -55,9 +55,9 @@ impl<'a> PathDifference<'a> {
     pub fn new(reference: Reference<'a>, toward: DVec3) -> Self {
         PathDifference {
             done: 0.0,
-            leg: match reference {
-                Reference::Index(n) => Leg::Straight(StraightLeg::new(n, toward)),
-                Reference::Field(field) => Leg::Curved(CurvedLeg::new(field, toward)),
+            segment: match reference {
+                Reference::Index(n) => Segment::Straight(StraightSegment::new(n, toward)),
+                Reference::Field(field) => Segment::Curved(CurvedSegment::new(field, toward)),
             },
             quadrature: Quadrature::default(),
         }
@@ -66,9 +66,9 @@ impl<'a> PathDifference<'a> {
     /// Returns the path difference so far, in units of length, against a constant index. Returns
     /// `None` against a field, which needs a search.
     pub fn so_far(&self) -> Option<f64> {
-        match &self.leg {
-            Leg::Straight(leg) => Some(self.done + leg.value()),
-            Leg::Curved(_) => None,
+        match &self.segment {
+            Segment::Straight(segment) => Some(self.done + segment.value()),
+            Segment::Curved(_) => None,
         }
     }
 
@@ -76,16 +76,16 @@ impl<'a> PathDifference<'a> {
     /// the reference ray between the ends: the ray to which a search from the ray itself, or else
     /// from the chord, converges. NaN if there is none, or if the computation was abandoned.
     pub fn value(&mut self, work: &mut Work) -> f64 {
-        let leg = match &self.leg {
-            Leg::Straight(leg) => leg.value(),
-            Leg::Curved(leg) => {
+        let segment = match &self.segment {
+            Segment::Straight(segment) => segment.value(),
+            Segment::Curved(segment) => {
                 let before = self.quadrature.evaluations;
-                let value = leg.value(&mut self.quadrature, work);
+                let value = segment.value(&mut self.quadrature, work);
                 work.evaluations += self.quadrature.evaluations - before;
                 value
             }
         };
-        self.done + leg
+        self.done + segment
     }
 
     /// Returns true if the computation was abandoned because a field is too fine; the value is then
@@ -97,18 +97,18 @@ impl<'a> PathDifference<'a> {
     /// Reflects the ray, and the reference rays, into the unit direction `toward`.
     pub fn reflect(&mut self, toward: DVec3, work: &mut Work) {
         self.done = self.value(work);
-        self.leg = match &self.leg {
-            Leg::Straight(leg) => Leg::Straight(leg.reflected(toward)),
-            Leg::Curved(leg) => Leg::Curved(leg.reflected(toward)),
+        self.segment = match &self.segment {
+            Segment::Straight(segment) => Segment::Straight(segment.reflected(toward)),
+            Segment::Curved(segment) => Segment::Curved(segment.reflected(toward)),
         };
     }
 
     /// Adds the part of an arc in `field` between two θ.
     pub fn add(&mut self, field: &Field, arc: &Arc, range: [f64; 2], work: &mut Work) {
         let before = self.quadrature.evaluations;
-        match &mut self.leg {
-            Leg::Straight(leg) => leg.add(field, arc, range, &mut self.quadrature),
-            Leg::Curved(leg) => leg.add(field, arc, range, &mut self.quadrature),
+        match &mut self.segment {
+            Segment::Straight(segment) => segment.add(field, arc, range, &mut self.quadrature),
+            Segment::Curved(segment) => segment.add(field, arc, range, &mut self.quadrature),
         }
         work.evaluations += self.quadrature.evaluations - before;
     }

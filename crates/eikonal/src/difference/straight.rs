@@ -18,7 +18,7 @@ use glam::DVec3;
 /// Part of a ray since its start or its last reflection. Here w = v − n_r e, for the unit direction
 /// e in which the ray started.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct StraightLeg {
+pub(super) struct StraightSegment {
     n_ref: f64,
     /// Unit direction e.
     toward: DVec3,
@@ -30,9 +30,9 @@ pub(super) struct StraightLeg {
     span: f64,
 }
 
-impl StraightLeg {
+impl StraightSegment {
     pub(super) fn new(n_ref: f64, toward: DVec3) -> Self {
-        StraightLeg {
+        StraightSegment {
             n_ref,
             toward,
             action: 0.0,
@@ -43,7 +43,7 @@ impl StraightLeg {
 
     /// Starts the segment of a reflected ray.
     pub(super) fn reflected(&self, toward: DVec3) -> Self {
-        StraightLeg::new(self.n_ref, toward)
+        StraightSegment::new(self.n_ref, toward)
     }
 
     /// Returns S − n_r c. With the chord's direction u = e + t, ∫|v − n_r u|² = ∫|w|² − 2n_r t·∫w +

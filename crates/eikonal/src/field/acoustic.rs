@@ -43,7 +43,7 @@ impl Acoustic {
         reference: DVec3,
         modes: Vec<AcousticMode>,
     ) -> Result<Self, FieldError> {
-        let peaks = modes.iter().map(|m| m.loudest().limits(EVERYWHERE)[0]);
+        let peaks = modes.iter().map(|m| m.at_peak().limits(EVERYWHERE)[0]);
         let peaks: f64 = peaks.sum();
         positive("smallest index in the acoustic field", n0 - peaks)?;
         Ok(Acoustic {
@@ -84,9 +84,9 @@ impl Acoustic {
         self.over(self.modes.iter().map(|m| m.at_phase(phase)).collect())
     }
 
-    /// Returns the field without sound, see [`Field::at_rest`](super::Field::at_rest).
-    pub(super) fn at_rest(&self) -> Self {
-        self.over(self.modes.iter().map(|m| m.at_rest()).collect())
+    /// Returns the field without sound, see [`Field::without_sound`](super::Field::without_sound).
+    pub(super) fn without_sound(&self) -> Self {
+        self.over(self.modes.iter().map(|m| m.without_sound()).collect())
     }
 
     /// Returns this field with its modes at another instant.
@@ -141,7 +141,7 @@ impl Acoustic {
 
     /// Returns the largest possible amplitude of n².
     pub(super) fn largest_amplitude(&self) -> f64 {
-        let peaks = self.modes.iter().map(|m| m.loudest().limits(EVERYWHERE)[0]);
+        let peaks = self.modes.iter().map(|m| m.at_peak().limits(EVERYWHERE)[0]);
         2.0 * self.n0 * peaks.sum::<f64>()
     }
 

@@ -111,7 +111,7 @@ impl AcousticMode {
     }
 
     /// Returns the mode without sound.
-    pub(super) fn at_rest(self) -> Self {
+    pub(super) fn without_sound(self) -> Self {
         AcousticMode {
             instant: DVec2::ZERO,
             amplitude: 0.0,
@@ -121,11 +121,11 @@ impl AcousticMode {
 
     /// Returns the mode at its peak, and e^{iτ}.
     pub(super) fn peak_in_time(&self) -> (Self, DVec2) {
-        (self.loudest(), DVec2::from_angle(self.time_phase))
+        (self.at_peak(), DVec2::from_angle(self.time_phase))
     }
 
     /// Returns the mode at the instant when it changes the index most.
-    pub(super) fn loudest(self) -> Self {
+    pub(super) fn at_peak(self) -> Self {
         AcousticMode {
             instant: DVec2::X,
             amplitude: self.peak,

@@ -99,8 +99,8 @@ impl SampledSound {
         }
     }
 
-    /// Returns the field without sound, see [`Field::at_rest`].
-    pub(super) fn at_rest(&self) -> Self {
+    /// Returns the field without sound, see [`Field::without_sound`].
+    pub(super) fn without_sound(&self) -> Self {
         let instant = self.wave.spline(|_| self.wave.n0 * self.wave.n0);
         SampledSound {
             instant: instant.unwrap_or_else(|_| self.instant.clone()),

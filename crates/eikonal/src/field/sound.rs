@@ -32,13 +32,13 @@ impl Field {
 
     /// Returns the field with an amplitude of zero of its sound. The sound is still stored:
     /// [`Field::at_phase`] restores it.
-    pub fn at_rest(&self) -> Field {
+    pub fn without_sound(&self) -> Field {
         match self {
-            Field::Acoustic(f) => f.at_rest().into(),
-            Field::SampledSound(f) => f.at_rest().into(),
-            Field::Sum(f) => f.map(Field::at_rest).into(),
-            Field::Affine(f) => f.over(f.inner().at_rest()).into(),
-            Field::Scaled(f) => f.over(f.inner().at_rest()).into(),
+            Field::Acoustic(f) => f.without_sound().into(),
+            Field::SampledSound(f) => f.without_sound().into(),
+            Field::Sum(f) => f.map(Field::without_sound).into(),
+            Field::Affine(f) => f.over(f.inner().without_sound()).into(),
+            Field::Scaled(f) => f.over(f.inner().without_sound()).into(),
             _ => self.clone(),
         }
     }

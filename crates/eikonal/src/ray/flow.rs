@@ -122,7 +122,7 @@ impl<'a, V: Variation> Flow<'a, V> {
             work.evaluations += EVALUATIONS_PER_STEP;
             let scale = self.resize(&step);
             if scale >= 1.0 || !step.end.x.is_finite() {
-                self.settle(h, scale);
+                self.adapt_step(h, scale);
                 self.node = step.end;
                 self.scale = None;
                 work.steps += 1;
@@ -143,7 +143,7 @@ impl<'a, V: Variation> Flow<'a, V> {
 
     /// Chooses the next step size after a step of size `h` that could have been `scale` times
     /// longer. A step that was cut short by a limit does not reduce the size.
-    fn settle(&mut self, h: f64, scale: f64) {
+    fn adapt_step(&mut self, h: f64, scale: f64) {
         let next = h * (SAFETY * scale).clamp(0.5, 2.0);
         self.h = if h < self.h { self.h.max(next) } else { next };
     }

@@ -85,13 +85,13 @@ fn amplitudes_are_those_of_the_field_at_instants() {
 #[test]
 fn fields_without_sound_have_none() {
     assert!(Modulation::of(&Constant::new(1.3).into()).is_none());
-    let rest = turning(0.01).at_rest();
+    let rest = turning(0.01).without_sound();
     assert!(rest.is_constant() && rest.n(DVec3::splat(0.3)) == N0);
     assert!(Modulation::of(&rest).is_some());
     let back = rest.at_phase(0.4);
     let expected = turning(0.01).at_phase(0.4);
     assert_eq!(back.n2(DVec3::splat(0.3)), expected.n2(DVec3::splat(0.3)));
-    assert!(plane(0.01).at_rest().is_constant());
+    assert!(plane(0.01).without_sound().is_constant());
 }
 
 /// The displacement of a plane wave is ∇n̂/(k²η), in world lengths: û = −i n̂/(kη) along its

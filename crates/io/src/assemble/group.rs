@@ -355,7 +355,7 @@ impl<'a> Children<'a> {
         // Remove the bending of rays by sound, or the flow, if requested.
         if !sensor.samples.bending {
             for medium in &mut parts.media {
-                medium.index = medium.index.at_rest();
+                medium.index = medium.index.without_sound();
             }
         }
         if options.undisturbed {

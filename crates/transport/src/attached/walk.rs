@@ -13,7 +13,7 @@ use crate::sensor::SensorRay;
 use crate::shape::Hit;
 use crate::stats::Stats;
 use eikonal::Tolerance;
-use eikonal::adjoint::{FlightLimits, FlightMeeting, FlightPoint};
+use eikonal::adjoint::{FlightLimits, FlightIntersection, FlightPoint};
 use eikonal::connect::World;
 use glam::DVec3;
 use std::ops::{ControlFlow, Range};
@@ -42,7 +42,7 @@ pub(crate) struct AttachedWalk<'a> {
 }
 
 /// Intersection with an object.
-pub(super) type Met = FlightMeeting<(usize, Hit)>;
+pub(super) type Met = FlightIntersection<(usize, Hit)>;
 
 /// Path under construction.
 pub(super) struct Walking<'a, 'p> {
@@ -182,7 +182,7 @@ impl Walking<'_, '_> {
         };
         let meets = |arc: &eikonal::ray::Arc| {
             let (object, hit) = scene.first_hit(arc)?;
-            Some(FlightMeeting {
+            Some(FlightIntersection {
                 theta: hit.theta,
                 position: hit.position,
                 normal: hit.normal,

@@ -116,7 +116,7 @@ fn rays_out_of_a_ball_are_those_of_a_scan() {
             let close = known.iter().any(|k| k.distance(*p) < MAX_ERROR);
             assert!(close, "{ball:?} {x} {to:?}: {known:?}, {expected:?}");
         }
-        assert!(!ball.lets_out(x) || known.len() == 1);
+        assert!(!ball.leaves_ball(x) || known.len() == 1);
         seen[known.len()] += 1;
     }
     // The cases cover zero, one, and several rays, which a caustic separates.

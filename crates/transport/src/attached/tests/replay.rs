@@ -8,7 +8,7 @@ use crate::bsdf::fresnel;
 use crate::scene::{MediumId, Scene};
 use crate::sensor::SensorRay;
 use eikonal::Tolerance;
-use eikonal::adjoint::{Flight, FlightLimits, FlightMeeting, FlightPoint};
+use eikonal::adjoint::{Flight, FlightLimits, FlightIntersection, FlightPoint};
 use eikonal::connect::World;
 use eikonal::interface::{Interface, Rule};
 use eikonal::ray::{Arc, Work};
@@ -82,7 +82,7 @@ impl Replay<'_> {
         self.ratio *= left / (drawn.posterior * left).sum();
     }
 
-    fn fly(&mut self) -> Option<(FlightPoint, Option<FlightMeeting<usize>>)> {
+    fn fly(&mut self) -> Option<(FlightPoint, Option<FlightIntersection<usize>>)> {
         let limits = FlightLimits {
             tolerance: Tolerance::new(TOLERANCE),
             resolved: self.medium > 0,
@@ -91,7 +91,7 @@ impl Replay<'_> {
         let scene = self.scene;
         let meets = |arc: &Arc| {
             let (what, hit) = scene.first_hit(arc)?;
-            Some(FlightMeeting {
+            Some(FlightIntersection {
                 theta: hit.theta,
                 position: hit.position,
                 normal: hit.normal,

@@ -37,7 +37,7 @@ fn sidebands() -> Sidebands {
 
 pub fn at_rest(mut parts: Parts) -> Parts {
     for medium in &mut parts.media {
-        medium.index = medium.index.at_rest();
+        medium.index = medium.index.without_sound();
     }
     parts
 }
@@ -436,7 +436,7 @@ fn sidebands_in_a_beam_have_a_closed_form() {
     let place = DAffine3::from_translation(DVec3::Z * (0.5 * depth))
         * DAffine3::from_scale(DVec3::new(1.0, 1.0, 0.5 * depth));
     let slab = container(Cube::new(place).unwrap(), Bsdf::Null);
-    let index = eikonal::Field::from(field).at_rest();
+    let index = eikonal::Field::from(field).without_sound();
     let media = vec![
         Medium::transparent("around", Constant::new(N0)),
         Medium::transparent("sound", index),

@@ -182,7 +182,7 @@ fn tagged_paths(parts: &Parts, particles: u64) -> Vec<(Path, DVec3, DVec2)> {
     let seed = 11;
     let mut at_rest = parts.clone();
     for medium in &mut at_rest.media {
-        medium.index = medium.index.at_rest();
+        medium.index = medium.index.without_sound();
     }
     let meter = tagged_meter(parts);
     let mut options = options(particles, seed);
@@ -346,7 +346,7 @@ fn a_slab_correlates_as_diffusion_theory_says() {
         noise: 0.0,
     };
     let field = SampledSound::new(samples).unwrap();
-    let field = Field::from(field.with_elasto_optic(ETA).unwrap()).at_rest();
+    let field = Field::from(field.with_elasto_optic(ETA).unwrap()).without_sound();
     let place = DAffine3::from_translation(DVec3::Z * (0.5 * depth))
         * DAffine3::from_scale((0.9 * wide).extend(0.5 * depth));
     let slab = container(Cube::new(place).unwrap(), Bsdf::Null);
