@@ -15,7 +15,7 @@ from conftest import PROGRAM, ROOT
 sys.path.insert(0, str(ROOT / "scripts/site"))
 
 import plugin_examples  # noqa: E402
-import plugin_pictures  # noqa: E402
+import plugin_scenes  # noqa: E402
 
 DATA = ROOT / "crates/io/tests/data"
 DEFINITIONS = json.loads(subprocess.run([PROGRAM, "schema"], check=True, capture_output=True, text=True).stdout)["$defs"]
@@ -39,7 +39,7 @@ def files(tmp_path_factory):
     folder = tmp_path_factory.mktemp("files")
     for name in ("picture", "heights", "normals", "dusk", "slide"):
         Image.new("RGB", (4, 4), (128, 128, 255)).save(folder / f"{name}.png")
-    plugin_pictures.luminaire(folder)
+    plugin_scenes.luminaire(folder)
     across = np.linspace(-1, 1, 5)
     distance = np.sqrt(across**2 + across[:, None] ** 2 + across[:, None, None] ** 2)
     (folder / "smoke.vol").write_bytes(vol(np.exp(-distance)))
