@@ -106,8 +106,8 @@ The reference is the mean of {references} such renders by `particle`. `scripts/c
 
 ![One render of each, and below them where their means are too bright or too dark](images/photons.png)
 
-*Above: one render of each. Below: the mean of the renders minus the reference, red where it is too bright, blue where it is too dark. The difference
-contains the remaining noise of both.*
+*Above: one render of each. Below: the mean of the renders minus the reference, red where it is too bright, blue where it is too dark. Full colour
+means a difference of a third of the image's mean or more. The difference contains the remaining noise of both.*
 
 | estimator | samples per pixel | mean of the image | variance | squared bias |
 |---|---|---|---|---|
