@@ -4,7 +4,8 @@
 Usage: scripts/gallery.py [--program target/release/morgana] [NAME ...]
 
 A NAME is a picture without its folder and ending, such as laser_tank; by default, all. The commands
-run one after the other, in a temporary folder for intermediate files.
+run one after the other, in a temporary folder for intermediate files. The script then reduces
+large pictures to 256 colours.
 """
 
 import argparse
@@ -15,8 +16,13 @@ import subprocess
 import sys
 import tempfile
 
+import panels
+from PIL import Image
+
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BLOCK = re.compile(r"^```sh\n(.*?)^```", re.DOTALL | re.MULTILINE)
+LARGE = 300_000
+"""Size of a file above which a picture has 256 colours, in bytes. Gradients of small pictures would show steps."""
 PICTURE = re.compile(r"docs/images/(\w+)\.(?:png|svg)")
 
 
@@ -24,6 +30,12 @@ def blocks() -> list[tuple[set[str], str]]:
     """Returns the blocks of commands, each with the names of its pictures."""
     page = (ROOT / "docs/gallery.md").read_text()
     return [(set(PICTURE.findall(block)), block) for block in BLOCK.findall(page)]
+
+
+def shrink(path: pathlib.Path) -> None:
+    """Reduces a picture to 256 colours if its file is large."""
+    if path.exists() and path.stat().st_size > LARGE:
+        panels.save(Image.open(path).convert("RGB"), path)
 
 
 def main() -> None:
@@ -45,6 +57,8 @@ def main() -> None:
         for names, block in blocks():
             if names & set(args.names or known):
                 subprocess.run(["bash", "-e", "-c", block], cwd=folder, env=environment, check=True)
+                for picture in names:
+                    shrink(ROOT / f"docs/images/{picture}.png")
 
 
 if __name__ == "__main__":
