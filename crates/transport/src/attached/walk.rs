@@ -13,7 +13,7 @@ use crate::sensor::SensorRay;
 use crate::shape::Hit;
 use crate::stats::Stats;
 use eikonal::Tolerance;
-use eikonal::adjoint::{FlightLimits, FlightIntersection, FlightPoint};
+use eikonal::adjoint::{FlightIntersection, FlightLimits, FlightPoint};
 use eikonal::connect::World;
 use glam::DVec3;
 use std::ops::{ControlFlow, Range};

@@ -8,7 +8,7 @@ use crate::bsdf::fresnel;
 use crate::scene::{MediumId, Scene};
 use crate::sensor::SensorRay;
 use eikonal::Tolerance;
-use eikonal::adjoint::{Flight, FlightLimits, FlightIntersection, FlightPoint};
+use eikonal::adjoint::{Flight, FlightIntersection, FlightLimits, FlightPoint};
 use eikonal::connect::World;
 use eikonal::interface::{Interface, Rule};
 use eikonal::ray::{Arc, Work};
