@@ -256,7 +256,7 @@ fn bounds_of_large_grids_are_those_of_their_parts() {
 fn fields_of_one_grid_store_bounds_together() {
     let domain = Aabb::new(DVec3::ZERO, DVec3::ONE);
     let index = |x: DVec3| 1.4 + 0.02 * (3.0 * x.x).sin() * (2.0 * x.y + x.z).cos();
-    let grid = Bspline::from_fn([20; 3], domain, Placement::Nodes, index).unwrap();
+    let grid = Bspline::from_fn([60; 3], domain, Placement::Nodes, index).unwrap();
     let alone: Field = grid.clone().into();
     let turn = DAffine3::from_rotation_z(0.3);
     let fields: [Field; 4] = [
@@ -282,7 +282,8 @@ fn fields_of_one_grid_store_bounds_together() {
             assert_eq!(alone.memory(), stored);
         }
     }
-    assert!(boxes > 80, "{boxes}");
+    // Small boxes are not stored.
+    assert!((20..80).contains(&boxes), "{boxes}");
 }
 
 #[test]

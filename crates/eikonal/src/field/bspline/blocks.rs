@@ -39,11 +39,15 @@ struct Level {
     bounds: Vec<FieldBounds>,
 }
 
+/// Returns the number of cells in a range.
+pub(super) fn count(cells: &Cells) -> usize {
+    cells.iter().map(|[a, b]| (b - a + 1) as usize).product()
+}
+
 impl Blocks {
     /// Returns true if a range of cells is so large that blocks pay off.
     pub(super) fn pay(cells: &Cells) -> bool {
-        let count: usize = cells.iter().map(|[a, b]| (b - a + 1) as usize).product();
-        count > MAX_EXACT_CELLS
+        count(cells) > MAX_EXACT_CELLS
     }
 
     /// Computes the blocks of a grid.

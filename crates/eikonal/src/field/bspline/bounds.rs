@@ -7,7 +7,7 @@
 //! Theory: docs/theory.md#sampled-fields.
 
 use super::Bspline;
-use super::blocks::{Blocks, Cells};
+use super::blocks::{Blocks, Cells, count};
 use super::lattice::{cell, first_coefficient};
 use crate::bounds::{Aabb, FieldBounds, interval_eigenvalues};
 use fearless_simd::dispatch;
@@ -15,6 +15,9 @@ use glam::{DMat3, DVec3};
 use std::collections::BTreeMap;
 use std::sync::{MutexGuard, PoisonError};
 
+/// Minimum number of cells of a box whose bounds a field stores. Bounds of fewer cells take more
+/// memory than the coefficients, and hardly any time.
+const MIN_STORED_CELLS: usize = 200;
 /// Maximum number of boxes whose bounds a field stores: four shapes, covered by at most 16³ boxes
 /// each. They take at most 1.5 MB.
 const MAX_STORED_BOXES: usize = 4 * 4096;
@@ -35,6 +38,9 @@ impl Bspline {
 
     pub(in crate::field) fn stored_bounds(&self, region: &Aabb) -> FieldBounds {
         let cells = self.cells(region);
+        if count(&cells) < MIN_STORED_CELLS {
+            return self.bounds(region);
+        }
         if let Some(bounds) = self.stored().get(&cells) {
             return *bounds;
         }
