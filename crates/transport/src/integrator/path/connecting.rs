@@ -56,13 +56,13 @@ impl<L: PathLog> Tracing<'_, L> {
             let before = self.work();
             let chosen = choice.sample(u, place, self.sampler, &mut self.ws.stats);
             self.spent(NeeSlot::new(class, vertex), before);
-            let Some(end) = chosen else { continue };
+            let Some(end) = &chosen else { continue };
             // Find all branches to the point.
-            let light = self.connect(vertex, throughput, &end, rate, budget);
+            let light = self.connect(vertex, throughput, end, rate, budget);
             if !light.is_empty() {
                 // Weight the branches against the equiangular vertex, which could lie at the
                 // vertex's position.
-                let share = self.collided(edge, &end);
+                let share = self.collided(edge, end);
                 self.connected(light, vertex, None, edge.length, end.emitter, share);
             }
         }
