@@ -32,7 +32,7 @@ impl BilinearCell {
         [linear_sample(across, u[0]), y]
     }
 
-    /// Returns the `u` of a point in [0, 1]².
+    /// Inverts [`BilinearCell::sample`]: returns the `u` that it maps to a point of [0, 1]².
     pub fn inverse(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let [above, below] = self.corners;
         let across = [0, 1].map(|k| lerp([above[k], below[k]], y));

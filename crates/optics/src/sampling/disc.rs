@@ -29,7 +29,7 @@ pub fn disc_to_ring(inner: f64, p: DVec2) -> DVec2 {
     radius * p.try_normalize().unwrap_or(DVec2::X)
 }
 
-/// Returns the `u` of a point in the unit disc.
+/// Inverts [`uniform_disc_sample`]: returns the `u` that it maps to `p`, a point of the unit disc.
 pub fn uniform_disc_inverse(p: DVec2) -> [f64; 2] {
     let r = p.length();
     if r == 0.0 {
@@ -65,7 +65,7 @@ pub fn gaussian_disc_sample(sigma: f64, u: [f64; 2]) -> DVec2 {
     sigma * (-2.0 * (-u[0]).ln_1p()).sqrt() * DVec2::from_angle(TAU * u[1])
 }
 
-/// Returns the `u` of a normal deviate.
+/// Inverts [`gaussian_disc_sample`]: returns the `u` that it maps to `p`.
 pub fn gaussian_disc_inverse(sigma: f64, p: DVec2) -> [f64; 2] {
     let x = p / sigma;
     let turn = p.y.atan2(p.x) / TAU;
@@ -86,7 +86,8 @@ pub fn truncated_gaussian_disc_sample(sigma: f64, u: [f64; 2]) -> DVec2 {
     gaussian_disc_sample(sigma, u).clamp_length_max(1.0)
 }
 
-/// Returns the `u` of a point in the unit disc.
+/// Inverts [`truncated_gaussian_disc_sample`]: returns the `u` that it maps to `p`, a point of the
+/// unit disc.
 pub fn truncated_gaussian_disc_inverse(sigma: f64, p: DVec2) -> [f64; 2] {
     let [mass, turn] = gaussian_disc_inverse(sigma, p);
     [mass / unit_disc_mass(sigma), turn]

@@ -74,7 +74,8 @@ impl Grid2 {
         }
     }
 
-    /// Returns the `u` of a position in [0, 1]²; 0 along x in rows without weight.
+    /// Inverts [`Grid2::sample`]: returns the `u` that it maps to a position in [0, 1]². In rows
+    /// without weight, which are never sampled, the first component is 0.
     pub fn inverse(&self, p: [f64; 2]) -> [f64; 2] {
         let (i, tx) = split(p[0], self.width);
         let (j, ty) = split(p[1], self.rows.len());

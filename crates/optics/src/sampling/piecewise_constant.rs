@@ -38,7 +38,8 @@ impl PiecewiseConstant {
         (a + t * (b - a), self.cdf.probability(i) / (b - a))
     }
 
-    /// Returns the `u` of a position; positions outside map to 0 or 1.
+    /// Inverts [`PiecewiseConstant::sample`]: returns the `u` that it maps to a position. Returns 0
+    /// or 1 for positions below or above all intervals.
     pub fn inverse(&self, x: f64) -> f64 {
         match self.interval(x) {
             Some(i) => {

@@ -57,7 +57,8 @@ impl PiecewiseLinear {
         (self.nodes[i] + t * (self.nodes[i + 1] - self.nodes[i]), f)
     }
 
-    /// Returns the `u` of a position; positions outside map to 0 or 1.
+    /// Inverts [`PiecewiseLinear::sample`]: returns the `u` that it maps to a position. Returns 0
+    /// or 1 for positions below or above all nodes.
     pub fn inverse(&self, x: f64) -> f64 {
         match self.interval(x) {
             Some((i, t)) => {

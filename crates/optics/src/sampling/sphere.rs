@@ -9,7 +9,7 @@ pub fn uniform_sphere_sample(u: [f64; 2]) -> DVec3 {
     uniform_cone_sample(2.0, u)
 }
 
-/// Returns the `u` of a unit vector.
+/// Inverts [`uniform_sphere_sample`]: returns the `u` that it maps to the unit vector `d`.
 pub fn uniform_sphere_inverse(d: DVec3) -> [f64; 2] {
     uniform_cone_inverse(2.0, d)
 }
@@ -29,7 +29,7 @@ pub fn uniform_cone_sample(height: f64, u: [f64; 2]) -> DVec3 {
     (sin * DVec2::from_angle(TAU * u[1])).extend(1.0 - w)
 }
 
-/// Returns the `u` of a unit vector in the cone.
+/// Inverts [`uniform_cone_sample`]: returns the `u` that it maps to `d`, a unit vector in the cone.
 pub fn uniform_cone_inverse(height: f64, d: DVec3) -> [f64; 2] {
     // Use 1 − z = (x² + y²)/(1 + z) in the upper hemisphere to avoid cancellation.
     let w = if d.z > 0.0 {
@@ -56,7 +56,8 @@ pub fn cosine_hemisphere_sample(u: [f64; 2]) -> DVec3 {
     p.extend((1.0 - p.length_squared()).max(0.0).sqrt())
 }
 
-/// Returns the `u` of a unit vector of the upper hemisphere.
+/// Inverts [`cosine_hemisphere_sample`]: returns the `u` that it maps to `d`, a unit vector of the
+/// upper hemisphere.
 pub fn cosine_hemisphere_inverse(d: DVec3) -> [f64; 2] {
     uniform_disc_inverse(d.truncate())
 }

@@ -6,7 +6,8 @@ pub fn uniform_triangle_sample(u: [f64; 2]) -> [f64; 2] {
     [1.0 - root, u[1] * root]
 }
 
-/// Returns the `u` of barycentric coordinates inside the triangle.
+/// Inverts [`uniform_triangle_sample`]: returns the `u` that it maps to barycentric coordinates
+/// (b₀, b₁) inside the triangle.
 pub fn uniform_triangle_inverse(b: [f64; 2]) -> [f64; 2] {
     let root = 1.0 - b[0];
     let along = if root > 0.0 { b[1] / root } else { 0.0 };

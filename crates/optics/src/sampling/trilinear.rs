@@ -32,7 +32,7 @@ impl TrilinearCell {
         [x, y, z]
     }
 
-    /// Returns the `u` of a point in [0, 1]³.
+    /// Inverts [`TrilinearCell::sample`]: returns the `u` that it maps to a point of [0, 1]³.
     pub fn inverse(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
         let [u, v] = self.slice(z).inverse([x, y]);
         [u, v, linear_inverse(self.along_z(), z)]
