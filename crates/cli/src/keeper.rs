@@ -50,7 +50,7 @@ pub fn path(
     }
 }
 
-/// A file to keep up to date, with its existing contents.
+/// A file that a run keeps up to date, with the contents from an earlier run, if there are any.
 #[derive(Debug)]
 pub struct Kept {
     path: PathBuf,
@@ -61,8 +61,8 @@ pub struct Kept {
 }
 
 impl Kept {
-    /// Opens the file at `path`, and checks that it can be replaced. An existing file must be
-    /// resumed, so that nothing is lost.
+    /// Opens the file at `path`, and checks that it can be written. If the file exists, `args` must
+    /// ask to resume it, so that no samples are lost.
     pub fn open(path: PathBuf, args: &KeepArgs) -> Result<Self, CommandError> {
         config::check_writable(&path)?;
         let lock = lock(&path)?;

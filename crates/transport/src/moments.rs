@@ -9,8 +9,8 @@ use crate::sum::ReproducibleSum;
 use serde::{Deserialize, Serialize};
 use std::ops::AddAssign;
 
-/// Number of scores of the largest size that a mean needs at least, so that its error is reliable.
-/// With ten equal scores, such as arrivals in a bin, the error itself is known to a sixth.
+/// Minimum effective number of scores of a mean whose error is reliable. With ten equal scores,
+/// such as arrivals in a bin, the error itself is known to a sixth.
 pub const MIN_EFFECTIVE: f64 = 10.0;
 /// Relative tolerance for rounding of sums.
 const ROUNDING: f64 = 1e-9;
@@ -104,8 +104,8 @@ impl Moments {
     }
 
     /// Returns true if the error of the mean is unreliable: the largest score exceeds one part in
-    /// [`MIN_EFFECTIVE`] of the sum. This includes all cases with fewer effective scores than
-    /// that. A mean of zeros only is not flagged.
+    /// [`MIN_EFFECTIVE`] of the sum. Every sum with fewer than [`MIN_EFFECTIVE`] effective scores
+    /// is unreliable. A sum of zeros is not.
     pub fn few(&self) -> bool {
         self.largest * MIN_EFFECTIVE > self.sum.value().abs() * (1.0 + ROUNDING)
     }
@@ -124,9 +124,9 @@ impl AddAssign for Moments {
 /// scatter.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tail {
-    /// Largest square of a deviation.
+    /// Square of the deviation of the largest score from the mean.
     pub largest: f64,
-    /// Sum of the squares of all deviations.
+    /// Sum of the squares of the deviations of all scores from the mean.
     pub scatter: f64,
     /// Number of scores.
     pub count: u64,
@@ -151,8 +151,8 @@ impl Tail {
         }
     }
 
-    /// Returns the ratio of that fraction to the largest fraction of accepted tails, for n scores:
-    /// n^(2/α − 1), or (ln n)²/n times `EXPONENTIAL_MULTIPLE`.
+    /// Returns the ratio of [`Tail::share`] to the largest accepted fraction. For n scores this
+    /// fraction is the larger of n^(2/α − 1) and (ln n)²/n times `EXPONENTIAL_MULTIPLE`.
     pub fn excess(&self) -> f64 {
         let n = self.count.max(2) as f64;
         let power = n.powf(2.0 / TAIL_INDEX - 1.0);
@@ -160,7 +160,7 @@ impl Tail {
         self.share() / power.max(exponential)
     }
 
-    /// Returns true if the fraction is larger than for accepted tails.
+    /// Returns true if [`Tail::share`] is larger than the largest accepted fraction.
     pub fn is_heavy(&self) -> bool {
         self.excess() > 1.0
     }

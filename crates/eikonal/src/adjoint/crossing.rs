@@ -21,10 +21,11 @@ pub struct FlightCrossing {
 }
 
 impl FlightCrossing {
-    /// Takes the derivatives of a loss back through the surface, for rays that end on it. The
-    /// arguments are derivatives with respect to position and velocity after the surface. Returns
-    /// derivatives with respect to position and velocity before it, and with respect to n² on the
-    /// near and on the far side.
+    /// Takes the derivatives of a loss back through the surface, from the flight after it to the
+    /// flight before it. `by_x` and `by_v` are derivatives with respect to position and velocity
+    /// after the surface. Returns derivatives with respect to position and velocity before the
+    /// surface, where the flight ends on the surface. Also returns derivatives with respect to n²
+    /// on the near and on the far side.
     pub fn back(&self, by_x: DVec3, by_v: DVec3) -> (DVec3, DVec3, [f64; 2]) {
         let after = Adjoint {
             x: self.x,

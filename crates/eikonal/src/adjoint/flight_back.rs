@@ -29,7 +29,8 @@ pub struct FlightAdjoint {
 }
 
 impl FlightAdjoint {
-    /// Starts at the end of a flight that stays on a surface with this normal.
+    /// Creates the adjoint at the end of a flight that ends on a surface with this normal: the end
+    /// moves along the surface when the field changes.
     pub fn on_surface(
         field: &Field,
         end: &FlightPoint,
@@ -46,8 +47,8 @@ impl FlightAdjoint {
         adjoint
     }
 
-    /// Starts at the end of a flight of given arc length; also returns the derivative with respect
-    /// to this length.
+    /// Creates the adjoint at the end of a flight of given arc length. Also returns the derivative
+    /// with respect to this length.
     pub fn at_length(field: &Field, end: &FlightPoint, by: FlightDerivative) -> (Self, f64) {
         let mut adjoint = FlightAdjoint {
             x: end.x,

@@ -114,9 +114,9 @@ pub struct LayoutDerivative<'a> {
     /// Sums for each medium; [`Field::parameter_derivative`] converts them to derivatives with
     /// respect to its parameters.
     pub media: Vec<Vec<f64>>,
-    /// Sums for each element.
+    /// Sums for the point, the axis and the form of the surface of each element in a sequence.
     pub surfaces: Vec<QuadricDerivative>,
-    /// Sums for the point and the unit normal of a plane.
+    /// Sums for the point and the unit normal of the plane that receives the rays.
     pub exit: [f64; 6],
 }
 
@@ -133,7 +133,7 @@ impl<'a> LayoutDerivative<'a> {
         }
     }
 
-    /// Adds other sums.
+    /// Adds the sums of `other`.
     pub fn merge(&mut self, other: &LayoutDerivative) {
         let media = self.media.iter_mut().flatten();
         let rest = self.surfaces.iter_mut().flatten().chain(&mut self.exit);
@@ -176,9 +176,9 @@ pub struct LayoutChange<'a> {
     receiver: Receiver,
     /// Change of each medium, as [`Field::parameter_change`] returns it.
     pub media: Vec<Vec<f64>>,
-    /// Change of each element.
+    /// Change of the point, the axis and the form of the surface of each element in a sequence.
     pub surfaces: Vec<QuadricDerivative>,
-    /// Change of the point and the unit normal of a plane.
+    /// Change of the point and the unit normal of the plane that receives the rays.
     pub exit: [f64; 6],
 }
 

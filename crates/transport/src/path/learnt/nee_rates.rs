@@ -17,8 +17,9 @@ const LEVELS_DELTA: usize = 3;
 /// found. Few samples may miss light that only connections find.
 const PRIOR_FRACTION: f64 = 0.01;
 
-/// The k < 7 of a rate 2⁻ᵏ for each kind of connections: from media and from surfaces, to each of
-/// [`Class::ALL`] except the last.
+/// Level k of each kind of connections, 0 to 6: connections are made with probability 2⁻ᵏ, the
+/// rate. There are two kinds for each class of emitters in [`Class::ALL`] except the last:
+/// connections from media, then connections from surfaces.
 pub type Levels = [usize; SLOTS];
 
 /// A kind of connection.
@@ -48,7 +49,7 @@ impl Default for NeeRates {
 }
 
 impl NeeRates {
-    /// Returns the rates of levels.
+    /// Returns the rates 2⁻ᵏ for given levels k.
     pub fn at(levels: &Levels) -> Self {
         NeeRates(levels.map(probability))
     }
@@ -58,7 +59,8 @@ impl NeeRates {
         self.0[slot.0]
     }
 
-    /// Sets the probability of connections from media and from surfaces to a class.
+    /// Returns these rates with other probabilities of connections to emitters of a class: from
+    /// media, and from surfaces.
     pub fn with(mut self, class: Class, [volume, surface]: [f64; 2]) -> Self {
         self.0[2 * class as usize] = volume;
         self.0[2 * class as usize + 1] = surface;
@@ -104,13 +106,13 @@ impl ExpectedSample {
 }
 
 impl NeeTraining {
-    /// Begins a sample, to which the following records belong. Samples come in pairs, with one
-    /// pixel for each pair.
+    /// Begins a sample. The following records belong to it. Samples come in pairs, with one pixel
+    /// for each pair.
     pub fn begin(&mut self) {
         self.samples.push(ExpectedSample::default());
     }
 
-    /// Records light with which no connections compete.
+    /// Records light that does not depend on connections.
     pub fn apart(&mut self, value: f64) {
         if let Some(sample) = self.samples.last_mut() {
             sample.apart += value;
@@ -153,8 +155,8 @@ impl NeeTraining {
         self.work[slot.0] += work;
     }
 
-    /// Returns the rates with the least variance × work, given the pilot's total work and the
-    /// weights of pixels.
+    /// Returns the rates with the least variance × work. `work` is the total work of the pilot.
+    /// `weights` are the weights of the pixels, one for each pair of samples.
     pub fn best(&self, work: f64, weights: &[f64]) -> NeeRates {
         let mut levels: Levels = [0; SLOTS];
         let doubt = PRIOR_FRACTION * self.variance(&levels, weights);
@@ -176,8 +178,8 @@ impl NeeTraining {
         NeeRates::at(&levels)
     }
 
-    /// Returns the expected variance of a sample at the given levels, as the weighted mean over the
-    /// pixels.
+    /// Returns the expected variance of a sample at the given levels: the mean over the pixels,
+    /// weighted by `weights`.
     pub fn variance(&self, levels: &Levels, weights: &[f64]) -> f64 {
         let pair = |(pair, weight): (&[ExpectedSample], &f64)| {
             let [a, b] = [&pair[0], &pair[1]];

@@ -61,7 +61,7 @@ pub enum TransportMode {
 pub struct Span<'a> {
     /// Curve of the arc. Only the part θ ≤ `theta_end` belongs to the edge.
     pub arc: Arc,
-    /// Value of θ at which the span ends on `arc`.
+    /// Parameter θ of `arc` at which the span ends, in (0, 1].
     pub theta_end: f64,
     /// Medium of the span.
     pub medium: MediumId,
@@ -106,7 +106,7 @@ pub struct Point<'a> {
 }
 
 impl<'a> Span<'a> {
-    /// Returns the point at θ.
+    /// Returns the point at the parameter θ of the span's arc.
     pub fn at(&self, theta: f64) -> Point<'a> {
         self.point(theta, self.length_at(theta))
     }
@@ -204,8 +204,8 @@ pub struct Edge<'a> {
     /// Arcs up to the end of the edge. If the edge was extended, the arcs go beyond a collision, up
     /// to the first surface that is not index-matched. Empty unless spans were requested.
     pub spans: Vec<Span<'a>>,
-    /// Number of spans before the first specular event or partial transmission. On an extended edge
-    /// these spans depend only on the start, not on the sampled collision.
+    /// Number of spans before the first specular event or partial transmission. If the edge was
+    /// extended beyond its collision, these spans depend only on the start, not on the collision.
     pub lead: usize,
     /// End of the edge.
     pub end: End<'a>,
@@ -301,7 +301,7 @@ impl<'a> Edge<'a> {
         }
     }
 
-    /// Returns the spans before the first specular event, as far as an edge can be extended.
+    /// Returns the spans before the first specular event or partial transmission.
     pub fn lead(&self) -> &[Span<'a>] {
         &self.spans[..self.lead]
     }
