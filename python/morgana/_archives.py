@@ -13,7 +13,7 @@ from . import _morgana
 
 
 class Array(NamedTuple):
-    """An array of a measurement."""
+    """Array of a file of readings, with its unit and the names of its axes."""
 
     unit: str
     axes: List[str]
@@ -21,7 +21,7 @@ class Array(NamedTuple):
 
 
 class Archive(NamedTuple):
-    """Content of a file of readings."""
+    """Content of a file of readings: arrays by their names, and attributes."""
 
     arrays: Dict[str, Array]
     attributes: Dict[str, Any]

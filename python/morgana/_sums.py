@@ -43,14 +43,16 @@ def aligned(sums: NDArray[Any], total: NDArray[Any]) -> Doubles:
 
 
 def error_of(sums: Doubles, particles: int) -> Doubles:
-    """Standard error of a sum over particles; infinite with fewer than two particles. Particles
-    that are not given count as zero."""
+    """Returns the standard error of a sum over particles, the first axis of ``sums``; infinite with
+    fewer than two particles. ``particles`` is the number of all particles; particles without a row in
+    ``sums`` count as zero."""
     return np.asarray(np.sqrt(variance_of(sums, particles))) if particles > 1 else np.full(sums.shape[1:], np.inf)
 
 
 def variance_of(sums: NDArray[Any], particles: int) -> Doubles:
-    """Returns the variance of a sum over particles, real or complex. Noise increases the squared
-    absolute value of the sum by this variance."""
+    """Returns the variance of a sum over particles, the first axis of ``sums``, real or complex.
+    ``particles`` is the number of all particles, as for :func:`error_of`. Noise increases the
+    squared absolute value of the sum by this variance."""
     squares = (np.abs(sums) ** 2).sum(axis=0)
     spread = np.maximum(squares - np.abs(sums.sum(axis=0)) ** 2 / max(particles, 1), 0.0)
     return np.asarray(spread * particles / max(particles - 1, 1))
@@ -71,8 +73,8 @@ def positive(value: Any, name: str, least: float = 0.0) -> float:
 
 
 def by_channel(values: ArrayLike, name: str, channels: int) -> Doubles:
-    """Checks a positive number for all channels, without axes, or one for each channel,
-    (channels,)."""
+    """Returns a positive number for all channels, an array without axes, or one for each channel,
+    (channels,). Raises an error for other values."""
     found = numbers(values, name)
     if found.shape not in [(), (channels,)] or not np.all(np.isfinite(found) & (found > 0)):
         raise ValueError(f"{name} must be finite and positive: one number, or one for each of {channels} channels")
@@ -95,8 +97,8 @@ def doubt(wavelength: ArrayLike, records: Records) -> None:
 
 
 def seconds(values: ArrayLike, name: str, which: str, least: float = 0.0) -> Doubles:
-    """Checks times in one row, at least ``least``; ``which`` describes valid times in the
-    message."""
+    """Returns times as an array of one axis. Raises an error for times below ``least``; ``which``
+    describes valid times in its message."""
     times = np.atleast_1d(numbers(values, name))
     if times.ndim != 1 or not np.all(np.isfinite(times) & (times >= least)):
         raise ValueError(f"{name} are {which} in one row")

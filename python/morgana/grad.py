@@ -235,7 +235,8 @@ class Rays:
 
     @property
     def placement(self) -> str:
-        """Placement of the outermost samples: ``"nodes"`` or ``"centers"``."""
+        """Placement of the outermost samples of a grid: ``"nodes"`` if they lie on the faces of the
+        box, ``"centers"`` if they lie half a spacing inside."""
         return "nodes" if self._options["nodes"] else "centers"
 
     def spacing(self, shape: Tuple[int, ...]) -> Doubles:
@@ -328,11 +329,11 @@ class Rays:
         Returns
         -------
         callable
-            ``ends(index, origins=None, directions=None)`` of CPU tensors. ``index`` is samples [z,
-            y, x] of n, or with ``build`` a dictionary of parameters; parameters that it leaves out
-            have no derivatives. ``origins`` (rays, 3) and ``directions`` (rays, 3) or (3,) replace
-            the starts of the rays, for a sensor or a source that moves. Numbers and NumPy arrays
-            may replace tensors.
+            ``ends(index, origins=None, directions=None)`` of CPU tensors. Without ``build``,
+            ``index`` holds samples [z, y, x] of n. With ``build``, it is a dictionary of
+            parameters, which ``build`` receives. There are derivatives by these parameters only.
+            ``origins`` (rays, 3) and ``directions`` (rays, 3) or (3,) replace the starts of the
+            rays, for a sensor or a source that moves. Numbers and NumPy arrays may replace tensors.
 
             The function returns three tensors: positions, directions and optical lengths, as in
             :class:`Ends`. Rays without an end are NaN, and have no derivatives. Rays are traced in
@@ -345,9 +346,9 @@ class Rays:
         Raises
         ------
         GradError
-            PyTorch is missing. The function raises it for shapes that do not fit, and for samples
-            that are no index. It also raises it if the result of ``build`` does not have the given
-            parameters.
+            PyTorch is missing. The returned function raises this error for shapes that do not fit,
+            and for samples that are not finite and > 0. It also raises this error if the result of
+            ``build`` does not have the given parameters.
 
         Examples
         --------
@@ -380,9 +381,9 @@ class Rays:
         Raises
         ------
         GradError
-            JAX is missing. The function raises it for shapes that do not fit, and for samples that
-            are no index. It also raises it if the result of ``build`` does not have the given
-            parameters. Under ``jax.jit`` and ``jax.vmap``, only shapes are known in advance: JAX
+            JAX is missing. The returned function raises this error for shapes that do not fit, and
+            for samples that are not finite and > 0. It also raises this error if the result of
+            ``build`` does not have the given parameters. Under ``jax.jit`` and ``jax.vmap``, only shapes are known in advance: JAX
             wraps other errors in ``jax.errors.JaxRuntimeError``, and its text ends with theirs.
 
         Examples
@@ -408,7 +409,7 @@ class Rays:
         Raises
         ------
         GradError
-            Samples that are no index, or samples without a box.
+            Samples that are not finite and > 0, or samples without a box.
 
         Examples
         --------

@@ -210,7 +210,9 @@ def fringes(
 ) -> Doubles:
     """Fringes of two-beam interference from optical path differences.
 
-    The intensity is ½ + ½ V cos 2π(w + c·x + k/N).
+    The intensity of image k is ½ + ½ V cos 2π(w + c·x + k/N), with k from 0 to N − 1. Here w is the
+    optical path difference in wavelengths. c is the ``carrier``, and x the position in the image, as
+    fractions of its width and height.
 
     Parameters
     ----------
@@ -254,17 +256,17 @@ def fringes(
 def phase(series: ArrayLike) -> Doubles:
     """Phase of fringes by the N-bucket formula.
 
-    The fringes are a series of at least three steps, as :func:`fringes` makes it.
-
     Parameters
     ----------
     series : array_like
-        Intensities, (steps, height, width).
+        Intensities, (steps, height, width), of at least three steps, as :func:`fringes` returns
+        them.
 
     Returns
     -------
     numpy.ndarray
-        Wrapped phase w + c·x in wavelengths, between −½ and ½, (height, width).
+        Phase in wavelengths, wrapped to −½ to ½, (height, width). It is the optical path difference
+        plus the tilt by the carrier: w + c·x of :func:`fringes`.
 
     Raises
     ------
