@@ -90,7 +90,7 @@ pub struct AreaSample {
     pub uv: Uv,
     /// Part of the shape, as in [`Hit`].
     pub primitive: u32,
-    /// Density per unit area in scene units, at this point.
+    /// Density per area, in scene units⁻², at this point.
     pub pdf: f64,
 }
 
@@ -288,7 +288,7 @@ impl Shape {
         matches!(self, Shape::Rectangle(_) | Shape::Disk(_))
     }
 
-    /// Returns the enclosed volume in scene units, `None` for open shapes.
+    /// Returns the enclosed volume, in cubic scene units; `None` for open shapes.
     pub fn volume(&self) -> Option<f64> {
         match self {
             Shape::Sphere(s) => Some(s.volume()),
@@ -322,12 +322,13 @@ impl Shape {
         }
     }
 
-    /// Returns the area in scene units.
+    /// Returns the area, in square scene units.
     pub fn area(&self) -> f64 {
         each!(self, s => s.area())
     }
 
-    /// Returns the areas, in scene units, of the parts that [`Hit::primitive`] distinguishes.
+    /// Returns the areas, in square scene units, of the parts that [`Hit::primitive`]
+    /// distinguishes.
     pub fn part_areas(&self) -> Vec<f64> {
         match self {
             Shape::Cube(s) => s.part_areas(),
@@ -344,8 +345,8 @@ impl Shape {
         each!(self, s => s.sample_area(u))
     }
 
-    /// Returns the density, per unit area in scene units, with which [`Shape::sample_area`] samples
-    /// a point of part `primitive` of the surface.
+    /// Returns the density per area, in scene units⁻², with which [`Shape::sample_area`] samples a
+    /// point of part `primitive` of the surface.
     pub fn pdf_area(&self, position: DVec3, primitive: u32) -> f64 {
         match self {
             Shape::Sphere(s) => s.pdf_area(position),
