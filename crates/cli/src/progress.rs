@@ -29,7 +29,7 @@ pub struct ProgressGoal {
     pub time: Option<Duration>,
 }
 
-/// Guard that ends the thread when it is dropped.
+/// Guard of the thread that [`watch`] starts; dropping the guard ends the thread.
 #[derive(Debug)]
 pub struct Watch {
     // Dropping the sender ends the thread, even if the render panics.

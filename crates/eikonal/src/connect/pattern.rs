@@ -1,16 +1,16 @@
 //! Choices between refraction and reflection along a ray (docs/theory.md#connections).
 
-/// Encounters of a ray with refracting interfaces at which it is reflected although refraction is
-/// possible.
+/// List of the encounters of a ray with refracting interfaces at which it is reflected although
+/// refraction is possible.
 ///
 /// Encounters are counted 0, 1, 2, … along the ray. Total reflections count; interfaces that are
-/// index-matched by declaration do not. A total reflection is no choice: it happens whatever the
-/// pattern says, and no pattern lists it.
+/// index-matched by declaration do not. A total reflection is no choice: it happens with every
+/// pattern, and no pattern lists it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Pattern(u32);
 
 impl Pattern {
-    /// Refraction wherever it is possible.
+    /// Pattern without reflections: the ray refracts wherever refraction is possible.
     pub const REFRACT: Pattern = Pattern(0);
 
     /// Number of encounters that a pattern can list. At later encounters the ray is never reflected

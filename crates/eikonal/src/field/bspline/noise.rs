@@ -14,14 +14,15 @@ const MIN_SAMPLES: usize = 8;
 /// Number of lines along an axis that are examined, along each of the two other axes.
 const LINES: usize = 24;
 
-/// Fractions of the derivatives of n² (root mean squares over the grid) that are noise, at most 1.
+/// Fractions of the derivatives of n² that are noise, 0 to 1: root mean square of the noise over
+/// root mean square of the derivative, over the grid.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct NoiseShares {
-    /// Noise in first derivatives, which bend rays.
+    /// Fraction of the first derivatives, which bend rays, that is noise.
     pub first: f64,
-    /// Noise in second derivatives, which determine focusing and brightness.
+    /// Fraction of the second derivatives, which determine focusing and brightness, that is noise.
     pub second: f64,
-    /// Noise in fourth derivatives, which determine steps.
+    /// Fraction of the fourth derivatives, which determine steps, that is noise.
     pub fourth: f64,
 }
 

@@ -15,9 +15,9 @@ pub struct ConnectionTarget<'a> {
     /// True if the connection may arrive on either side of the end's surface, false if only on the
     /// side of the end's normal.
     pub two_sided: bool,
-    /// Medium at the end, if it is a point.
+    /// Medium at the end, if the end is a point.
     pub medium: Option<MediumId>,
-    /// Centre and radius of the part of a plane from which light can come.
+    /// Centre and radius of the disc through which light can come, if the end is a plane.
     pub disc: (DVec3, f64),
     /// Ray along the centre of a beam.
     pub guide: Option<&'a Guide<MediumId>>,

@@ -37,7 +37,7 @@ struct TrainingSample {
     tally: PathTally,
 }
 
-/// Training samples of all paths that continued.
+/// Training samples, one for each edge along which a path of the pilot continued.
 #[derive(Clone, Debug, Default)]
 pub struct AdjointTraining {
     all: Vec<TrainingSample>,
@@ -46,8 +46,8 @@ pub struct AdjointTraining {
 }
 
 impl AdjointTraining {
-    /// Records a path that continues at the start of an edge with a throughput, summed over
-    /// channels.
+    /// Records that the current path continues along an edge from `start`. `throughput` is its
+    /// throughput there, summed over channels. `tally` holds its contribution and work so far.
     pub fn depart(&mut self, start: &Start, throughput: f64, tally: PathTally) {
         if self.all.len() < MAX_SAMPLES {
             self.all.push(TrainingSample {
@@ -58,7 +58,8 @@ impl AdjointTraining {
         }
     }
 
-    /// Records the end of the path. A path with a contribution that is not finite is discarded.
+    /// Records the end of the current path. `end` holds its contribution and work. A path with a
+    /// contribution that is not finite is discarded.
     pub fn end(&mut self, end: PathTally) {
         if !end.light.is_finite() {
             self.all.truncate(self.ended);
