@@ -25,9 +25,10 @@ TURN = 3 * np.pi
 def panels(exposure: float, fastest: Callable[[Doubles], Doubles], spread: float, most: int) -> Iterator[Tuple[Doubles, Doubles]]:
     """Yields delays in (0, exposure) and their weights in ∫ f dτ, panel by panel.
 
-    Panels double in length, beginning at delays at which nothing has changed. ``fastest`` returns
-    the change by delay: the largest decay or phase. If phases diverge by ``spread`` per second,
-    octaves are divided so that panels resolve the phase, into at most ``most`` panels.
+    The first interval goes from 0 to a delay at which light has hardly changed: ``fastest`` returns
+    the largest decay or phase at given delays. Each further interval is an octave, from a delay to
+    twice this delay. An interval is one panel, or is divided into up to ``most`` panels of equal
+    length, each short enough for phases that diverge by ``spread`` per second.
     """
     octaves = exposure * 0.5 ** np.arange(OCTAVES, -1, -1.0)
     changed = np.append(fastest(octaves) > STILL, True)

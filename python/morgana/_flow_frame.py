@@ -33,7 +33,7 @@ class FlowError(Error):
 
 
 class Frame:
-    """Space of a mesh without changes."""
+    """Space of the grid that samples a mesh: the space of the mesh itself."""
 
     def __init__(self, mesh: Any) -> None:
         self.low, self.high = np.array(mesh.bounds, float).reshape(3, 2).T.copy()

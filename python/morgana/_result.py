@@ -339,9 +339,14 @@ class Result:
     def axes(self) -> List[Dict[str, Any]]:
         """Axes of the film's decomposition.
 
-        Each has a ``name``, ``"length"``, ``"time"``, ``"bounce"``, ``"light"``, ``"stokes"`` or
-        ``"tagged"``, and its bins: ``min``, ``max``, ``width``, ``bins``; or ``max``, ``emitters``,
-        ``parameters``; or ``orders`` and ``delays``, in periods of the sound."""
+        Each axis is a dictionary with a ``name``. Further keys depend on the name:
+
+        - ``"length"`` and ``"time"``: ``min``, ``max``, ``width``, the number of ``bins``, and
+          ``speed_of_light``,
+        - ``"bounce"``: ``max``, the largest number of bounces,
+        - ``"light"``: ``emitters``, their names,
+        - ``"stokes"``: ``parameters``, the names of the Stokes parameters,
+        - ``"tagged"``: ``orders``, and ``delays`` in periods of the sound."""
         return self._decomposition[1]
 
     @functools.cached_property

@@ -44,8 +44,8 @@ def aligned(sums: NDArray[Any], total: NDArray[Any]) -> Doubles:
 
 def error_of(sums: Doubles, particles: int) -> Doubles:
     """Returns the standard error of a sum over particles, the first axis of ``sums``; infinite with
-    fewer than two particles. ``particles`` is the number of all particles; particles without a row in
-    ``sums`` count as zero."""
+    fewer than two particles. ``particles`` is the number of all particles; particles without a row
+    in ``sums`` count as zero."""
     return np.asarray(np.sqrt(variance_of(sums, particles))) if particles > 1 else np.full(sums.shape[1:], np.inf)
 
 

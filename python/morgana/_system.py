@@ -42,7 +42,8 @@ class Plane(NamedTuple):
 
 @comparable
 class Sphere(NamedTuple):
-    """Sphere. A ray meets it at the first intersection; from inside, on the far side."""
+    """Sphere. A ray meets a sphere at the first intersection: on the near side for a ray from
+    outside, on the far side for a ray from inside."""
 
     center: ArrayLike
     """Centre of the sphere, (3,), in scene units."""

@@ -383,8 +383,9 @@ class Rays:
         GradError
             JAX is missing. The returned function raises this error for shapes that do not fit, and
             for samples that are not finite and > 0. It also raises this error if the result of
-            ``build`` does not have the given parameters. Under ``jax.jit`` and ``jax.vmap``, only shapes are known in advance: JAX
-            wraps other errors in ``jax.errors.JaxRuntimeError``, and its text ends with theirs.
+            ``build`` does not have the given parameters. Under ``jax.jit`` and ``jax.vmap``, only
+            shapes are known in advance: JAX wraps other errors in ``jax.errors.JaxRuntimeError``,
+            whose text ends with the text of the error.
 
         Examples
         --------

@@ -211,8 +211,8 @@ def fringes(
     """Fringes of two-beam interference from optical path differences.
 
     The intensity of image k is ½ + ½ V cos 2π(w + c·x + k/N), with k from 0 to N − 1. Here w is the
-    optical path difference in wavelengths. c is the ``carrier``, and x the position in the image, as
-    fractions of its width and height.
+    optical path difference in wavelengths. c is the ``carrier``, and x the position in the image,
+    as fractions of its width and height.
 
     Parameters
     ----------
