@@ -57,7 +57,9 @@ pub enum Problem {
         found: u64,
     },
     /// The file continues after its data.
-    #[error("{extra} unexpected bytes after the data")]
+    #[error(
+        "{extra} unexpected bytes after the data: check the sizes in the header, or copy the file again"
+    )]
     TrailingBytes {
         /// Number of superfluous bytes.
         extra: u64,

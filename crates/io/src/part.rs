@@ -74,7 +74,9 @@ pub enum Body {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Foreign {
     /// Different versions of the program.
-    #[error("version {0} of morgana made it, but this is version {1}")]
+    #[error(
+        "it was made by version {0} of morgana, but this is version {1}: use version {0}, or render it again"
+    )]
     Version(String, String),
     /// Different builds.
     #[error(

@@ -35,7 +35,7 @@ pub fn view(args: &ViewArgs) -> Result<ExitCode, CommandError> {
     };
     let server = ViewServer::start(items, &options).map_err(|e| {
         CommandError::Usage(format!(
-            "cannot listen at {} port {}: {e}",
+            "cannot listen at {} port {}: {e}; choose another --port (0 for any free one) or --listen",
             args.listen, args.port
         ))
     })?;

@@ -281,7 +281,7 @@ fn vol_files_that_are_refused() {
     vol_error(&good[..52], "truncated: expected 56 bytes, found 52");
     vol_error(
         &[&good[..], &[0; 3]].concat(),
-        "3 unexpected bytes after the data",
+        "3 unexpected bytes after the data: check the sizes in the header, or copy the file again",
     );
     vol_error(
         &vol_bytes(2, 1, [1; 4], &[1.0]),

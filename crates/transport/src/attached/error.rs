@@ -49,7 +49,7 @@ pub enum IndexDerivativeError {
     Surroundings,
     /// The emitter's light is discontinuous.
     #[error(
-        "the light of '{kind}' jumps where rays move, which derivatives by an index do not see: {instead}"
+        "the light of '{kind}' has sharp edges, and derivatives by an index miss the motion of edges: {instead}"
     )]
     Sharp {
         /// Kind of the emitter.

@@ -72,10 +72,12 @@ pub enum MeasureError {
         problem: MeterProblem,
     },
     /// No emitter has any power.
-    #[error("the scene emits no light: there is nothing to measure")]
+    #[error(
+        "the scene emits no light, so there is nothing to measure: add an emitter, or make its light brighter than 0"
+    )]
     Dark,
     /// Memory is insufficient for the sums.
-    #[error("the meters need {0} bytes of memory, or more than {max} bins", max = Tally::MAX_SLOTS)]
+    #[error("the meters need {0} bytes of memory, or more than {max} bins: use fewer bins", max = Tally::MAX_SLOTS)]
     Memory(usize),
 }
 

@@ -103,7 +103,9 @@ pub enum DerivativeError {
     #[error("the meters have no such reading")]
     Reading,
     /// The scene emits no light.
-    #[error("the scene emits no light: there is nothing to differentiate")]
+    #[error(
+        "the scene emits no light, so there is nothing to differentiate: add an emitter, or make its light brighter than 0"
+    )]
     Dark,
     /// There are too few samples.
     #[error("errors need at least two samples, or two replicates of samples: use more than {0}")]
