@@ -72,7 +72,7 @@ impl<V> Default for Distinct<V> {
 impl<V: PartialEq> Distinct<V> {
     /// Returns the value of the set that equals `made`. If there is none, adds `made` and returns
     /// it.
-    pub fn one(&self, made: V) -> Arc<V> {
+    pub fn intern(&self, made: V) -> Arc<V> {
         let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         known.retain(|other| other.strong_count() > 0);
         let mut held = known.iter().filter_map(Weak::upgrade);
@@ -104,11 +104,11 @@ mod tests {
     #[test]
     fn equal_values_are_held_once() {
         let lists = Distinct::default();
-        let first = lists.one(vec![1, 2]);
-        assert!(Arc::ptr_eq(&first, &lists.one(vec![1, 2])));
-        assert!(!Arc::ptr_eq(&first, &lists.one(vec![1, 3])));
+        let first = lists.intern(vec![1, 2]);
+        assert!(Arc::ptr_eq(&first, &lists.intern(vec![1, 2])));
+        assert!(!Arc::ptr_eq(&first, &lists.intern(vec![1, 3])));
         drop(first);
-        assert_eq!(*lists.one(vec![1, 2]), [1, 2]);
+        assert_eq!(*lists.intern(vec![1, 2]), [1, 2]);
         assert_eq!(lists.0.lock().unwrap().len(), 1);
     }
 }

@@ -18,7 +18,7 @@ struct Facts {
     /// True if light passes by the geometric normal alone.
     true_surface: bool,
     /// True if the bsdf, or a part of it, scatters by normals of its own.
-    turns_normals: bool,
+    perturbs_normals: bool,
     /// True if the bsdf needs [`Surface::tangents`](super::Surface::tangents).
     tangents: bool,
     /// True if scattered light counts as unpolarised.
@@ -38,7 +38,7 @@ impl Facts {
         partial: false,
         rough_interface: false,
         true_surface: false,
-        turns_normals: false,
+        perturbs_normals: false,
         tangents: false,
         depolarizes: true,
         polarizes_by_channel: false,
@@ -75,7 +75,7 @@ impl Facts {
             let part = part.facts();
             facts.delta &= part.delta;
             facts.mirror |= part.mirror;
-            facts.turns_normals |= part.turns_normals;
+            facts.perturbs_normals |= part.perturbs_normals;
             facts.tangents |= part.tangents;
             facts.depolarizes |= part.depolarizes;
             facts.polarizes_by_channel |= part.polarizes_by_channel;
@@ -149,7 +149,7 @@ impl Bsdf {
                     opaque: nested.opaque,
                     partial: nested.partial,
                     rough_interface: nested.rough_interface,
-                    turns_normals: true,
+                    perturbs_normals: true,
                     tangents: true,
                     ..Facts::of_parts(self.children())
                 }
@@ -196,8 +196,8 @@ impl Bsdf {
     }
 
     /// Returns true if the bsdf, or a part of it, scatters by normals of its own.
-    pub(crate) fn turns_normals(&self) -> bool {
-        self.facts().turns_normals
+    pub(crate) fn perturbs_normals(&self) -> bool {
+        self.facts().perturbs_normals
     }
 
     /// Returns true if light passes by the geometric normal alone, as connections through smooth

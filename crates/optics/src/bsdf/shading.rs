@@ -46,7 +46,7 @@ impl Bsdf {
     /// `toward` to the sampled direction.
     pub fn sample_importance(&self, s: &Surface, toward: DVec3, u: [f64; 3]) -> Option<BsdfSample> {
         let sample = self.sample(s, toward, u)?;
-        if !self.leans(s) || sample.delta && sample.transmitted {
+        if !self.uses_perturbed_normal(s) || sample.delta && sample.transmitted {
             return Some(sample);
         }
         let weight = if sample.delta {
@@ -64,7 +64,7 @@ impl Bsdf {
     /// `toward` to `direction`. By eq. (shaded importance), the value follows from the value for
     /// the reverse direction.
     pub fn eval_importance(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {
-        if !self.leans(s) {
+        if !self.uses_perturbed_normal(s) {
             return self.eval(s, toward, direction);
         }
         let index = |v: DVec3| s.facing(v).n_near;
@@ -87,8 +87,8 @@ impl Bsdf {
     }
 
     /// Returns true if the bsdf scatters by a normal other than the geometric one.
-    pub fn leans(&self, s: &Surface) -> bool {
-        self.is_shaded(s) || self.turns_normals()
+    pub fn uses_perturbed_normal(&self, s: &Surface) -> bool {
+        self.is_shaded(s) || self.perturbs_normals()
     }
 
     /// Returns true if the bsdf scatters by the shading normal of the surface, and this differs

@@ -27,7 +27,7 @@ pub use piecewise_constant::PiecewiseConstant;
 pub use piecewise_linear::PiecewiseLinear;
 pub use points::{Purpose, Replicates};
 pub use sampler::Sampler;
-pub use sampler::is_among;
+pub use sampler::in_fraction;
 pub use trilinear::TrilinearCell;
 
 use eikonal::Shown;

@@ -130,7 +130,7 @@ impl Sampler {
     /// Subpaths from emitters use it, because their edges would otherwise share the points of the
     /// sensor subpath.
     #[inline]
-    pub fn apart<T>(&mut self, draw: impl FnOnce(&mut Self) -> T) -> T {
+    pub fn independently<T>(&mut self, draw: impl FnOnce(&mut Self) -> T) -> T {
         let (points, edge) = (self.points.take(), self.edge);
         let drawn = draw(self);
         (self.points, self.edge) = (points, edge);
@@ -183,7 +183,7 @@ fn hash(key: u64, address: [u64; 3]) -> u64 {
 
 /// Returns true if `number` belongs to a fraction 2^−`halvings` of all numbers. The fraction is
 /// evenly distributed, and contains the fractions of more halvings.
-pub fn is_among(number: u64, halvings: u32) -> bool {
+pub fn in_fraction(number: u64, halvings: u32) -> bool {
     mix(number).leading_zeros() >= halvings
 }
 

@@ -3,7 +3,7 @@
 use super::sweep::{Four, Sweep};
 use super::tree::Tree;
 use super::voxel_faces::FacesOfGrid;
-use super::{Meeting, Shape};
+use super::{Intersection, Shape};
 use eikonal::Aabb;
 use eikonal::ray::Arc;
 use glam::DVec3;
@@ -64,7 +64,7 @@ impl Accel {
         arc: &Arc,
         [theta_min, theta_max]: [f64; 2],
         except: Except,
-    ) -> Option<(usize, Meeting)> {
+    ) -> Option<(usize, Intersection)> {
         let mut nearest = Nearest {
             theta: f64::INFINITY,
             first: None,
@@ -84,10 +84,12 @@ impl Accel {
                         faces.first_of_line(arc, range, place)
                     })
                 }
-                shape => shape.meet(arc, range).map(|meeting| (i, meeting)),
+                shape => shape
+                    .intersect(arc, range)
+                    .map(|intersection| (i, intersection)),
             };
-            if let Some((i, meeting)) = found {
-                nearest.add(i, meeting);
+            if let Some((i, intersection)) = found {
+                nearest.add(i, intersection);
             }
             nearest.end(theta_max)
         });
@@ -108,8 +110,8 @@ impl Accel {
     ) -> bool {
         let mut found = false;
         self.visit(arc, [0.0, theta_max], except, &mut |i| {
-            let meeting = shapes[i].meet(arc, [0.0, theta_max]);
-            found |= meeting.is_some_and(|m| counts(i, m.theta));
+            let intersection = shapes[i].intersect(arc, [0.0, theta_max]);
+            found |= intersection.is_some_and(|m| counts(i, m.theta));
             if found { f64::NEG_INFINITY } else { theta_max }
         });
         found
@@ -190,10 +192,10 @@ fn linear(
 struct Nearest {
     /// The smallest θ.
     theta: f64,
-    first: Option<(usize, Meeting)>,
+    first: Option<(usize, Intersection)>,
     /// Other hits that were one event with the nearest hit when they were added. There are hardly
     /// ever any.
-    ties: Vec<(usize, Meeting)>,
+    ties: Vec<(usize, Intersection)>,
 }
 
 impl Nearest {
@@ -202,7 +204,7 @@ impl Nearest {
         theta_max.min(self.theta + TIE_TOLERANCE)
     }
 
-    fn add(&mut self, i: usize, hit: Meeting) {
+    fn add(&mut self, i: usize, hit: Intersection) {
         self.theta = self.theta.min(hit.theta);
         let limit = self.theta + TIE_TOLERANCE;
         match &mut self.first {
@@ -211,11 +213,11 @@ impl Nearest {
         }
     }
 
-    fn hits(&self) -> impl Iterator<Item = &(usize, Meeting)> {
+    fn hits(&self) -> impl Iterator<Item = &(usize, Intersection)> {
         self.first.iter().chain(&self.ties)
     }
 
-    fn choose(self) -> Option<(usize, Meeting)> {
+    fn choose(self) -> Option<(usize, Intersection)> {
         if self.ties.is_empty() {
             self.first
         } else {

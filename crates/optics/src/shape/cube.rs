@@ -4,7 +4,7 @@ use super::curve::Curve;
 use super::line::Line;
 use super::placement::Placement;
 use super::planar::Flat;
-use super::{AreaDensity, AreaSample, Hit, Meeting, ShapeError, Tessellation, Uv};
+use super::{AreaDensity, AreaSample, Hit, Intersection, ShapeError, Tessellation, Uv};
 use eikonal::Aabb;
 use eikonal::ray::Arc;
 use glam::{DAffine3, DMat2, DVec2, DVec3};
@@ -34,11 +34,11 @@ impl Cube {
         Ok(Cube { placement })
     }
 
-    pub(super) fn meet(&self, arc: &Arc, theta: [f64; 2]) -> Option<Meeting> {
+    pub(super) fn intersect(&self, arc: &Arc, theta: [f64; 2]) -> Option<Intersection> {
         if arc.is_straight() {
             let line = Line::new(arc, theta, &self.placement);
             let (u, i) = line.cube()?;
-            return Some(face(i).meeting(&line, u));
+            return Some(face(i).intersection(&line, u));
         }
         let within = |p: DVec3| p.abs().max_element() < INNER_NORM;
         let curve = Curve::leaving(arc, theta, &self.placement, &LOCAL, within)?;
@@ -56,10 +56,10 @@ impl Cube {
             }
         }
         let (u, face) = best?;
-        Some(face.meeting(&curve, u))
+        Some(face.intersection(&curve, u))
     }
 
-    pub(super) fn hit(&self, at: &Meeting) -> Hit {
+    pub(super) fn hit(&self, at: &Intersection) -> Hit {
         let face = face(at.primitive as usize);
         let local = at.local.clamp(LOCAL.min, LOCAL.max);
         face.hit(&self.placement, at.theta, local, plain(local, face.axis))

@@ -5,7 +5,7 @@ use super::line::Line;
 use super::placement::Placement;
 use super::planar::Flat;
 use super::{
-    AreaDensity, AreaSample, Hit, Meeting, ShapeError, Tessellation, Uv, circle, disk,
+    AreaDensity, AreaSample, Hit, Intersection, ShapeError, Tessellation, Uv, circle, disk,
     polar_tangents, turn,
 };
 use eikonal::Aabb;
@@ -94,7 +94,7 @@ impl Cylinder {
         self.capped
     }
 
-    pub(super) fn meet(&self, arc: &Arc, theta: [f64; 2]) -> Option<Meeting> {
+    pub(super) fn intersect(&self, arc: &Arc, theta: [f64; 2]) -> Option<Intersection> {
         if arc.is_straight() {
             self.cross(&Line::new(arc, theta, &self.placement))
         } else {
@@ -102,7 +102,7 @@ impl Cylinder {
         }
     }
 
-    fn cross(&self, track: &impl Track) -> Option<Meeting> {
+    fn cross(&self, track: &impl Track) -> Option<Intersection> {
         // Accept points slightly beyond the rim, so that no curve slips between side and cap.
         let slack = if self.capped {
             4.0 * self.placement.noise()
@@ -122,17 +122,17 @@ impl Cylinder {
             }
         }
         if let Some((u, cap)) = best {
-            return Some(cap.meeting(track, u));
+            return Some(cap.intersection(track, u));
         }
         let u = side?;
-        Some(Meeting {
+        Some(Intersection {
             theta: track.theta(u),
             local: track.position(u),
             primitive: 0,
         })
     }
 
-    pub(super) fn hit(&self, at: &Meeting) -> Hit {
+    pub(super) fn hit(&self, at: &Intersection) -> Hit {
         let (p, theta) = (at.local, at.theta);
         if at.primitive > 0 {
             let cap = &CAPS[at.primitive as usize - 1];

@@ -5,7 +5,8 @@ use super::line::Line;
 use super::placement::Placement;
 use super::planar::Flat;
 use super::{
-    AreaDensity, AreaSample, Hit, Meeting, ShapeError, Tessellation, Uv, circle, polar_tangents,
+    AreaDensity, AreaSample, Hit, Intersection, ShapeError, Tessellation, Uv, circle,
+    polar_tangents,
 };
 use eikonal::Aabb;
 use eikonal::ray::Arc;
@@ -40,7 +41,7 @@ impl Disk {
         Ok(Disk { placement })
     }
 
-    pub(super) fn meet(&self, arc: &Arc, theta: [f64; 2]) -> Option<Meeting> {
+    pub(super) fn intersect(&self, arc: &Arc, theta: [f64; 2]) -> Option<Intersection> {
         if arc.is_straight() {
             cross(&Line::new(arc, theta, &self.placement))
         } else {
@@ -48,7 +49,7 @@ impl Disk {
         }
     }
 
-    pub(super) fn hit(&self, at: &Meeting) -> Hit {
+    pub(super) fn hit(&self, at: &Intersection) -> Hit {
         FACE.hit(&self.placement, at.theta, at.local, Uv::Disk(at.local))
     }
 
@@ -87,9 +88,9 @@ impl Disk {
 }
 
 #[inline]
-fn cross(track: &impl Track) -> Option<Meeting> {
+fn cross(track: &impl Track) -> Option<Intersection> {
     let u = FACE.first(track, 1.0, |p: DVec3| p.truncate().length_squared() <= 1.0)?;
-    Some(FACE.meeting(track, u))
+    Some(FACE.intersection(track, u))
 }
 
 /// Returns the uniform numbers that `point` maps to a local point.

@@ -1,7 +1,7 @@
 //! First roots along straight lines, in closed form. The rules at the ends of the interval are the
 //! rules of [`eikonal::ray::bernstein`].
 
-use super::Meeting;
+use super::Intersection;
 use super::curve::{Surface, Track};
 use super::placement::Placement;
 use eikonal::ray::Arc;
@@ -172,11 +172,17 @@ impl Line {
 
     /// Returns the intersection at `u` with the plane where a coordinate is `at`.
     #[inline]
-    pub(super) fn meeting(&self, axis: usize, at: f64, u: f64, primitive: u32) -> Meeting {
+    pub(super) fn intersection(
+        &self,
+        axis: usize,
+        at: f64,
+        u: f64,
+        primitive: u32,
+    ) -> Intersection {
         let [from, to] = self.range;
         let mut local = self.position(u);
         local[axis] = at;
-        Meeting {
+        Intersection {
             theta: u.clamp(from.next_up(), to),
             local,
             primitive,

@@ -69,7 +69,7 @@ pub struct Hit {
 /// Intersection of an arc with a shape, before the position, normal and uv are computed: see
 /// [`Shape::hit`].
 #[derive(Clone, Copy, Debug)]
-pub struct Meeting {
+pub struct Intersection {
     /// Parameter of the arc, as in [`Hit`].
     pub theta: f64,
     /// Position in the coordinates of the canonical shape. Meshes store the barycentric coordinates
@@ -167,18 +167,18 @@ impl Shape {
     /// includes a surface that passes through the point at `theta_max`. Hence a search that
     /// continues from a hit, or from arc to arc, neither finds a hit twice nor loses one.
     pub fn first_hit(&self, arc: &Arc, theta_min: f64, theta_max: f64) -> Option<Hit> {
-        let meeting = self.meet(arc, [theta_min, theta_max])?;
-        Some(self.hit(&meeting))
+        let intersection = self.intersect(arc, [theta_min, theta_max])?;
+        Some(self.hit(&intersection))
     }
 
     /// Finds the intersection of [`Shape::first_hit`], without its position and normal.
-    fn meet(&self, arc: &Arc, theta: [f64; 2]) -> Option<Meeting> {
-        each!(self, s => s.meet(arc, theta))
+    fn intersect(&self, arc: &Arc, theta: [f64; 2]) -> Option<Intersection> {
+        each!(self, s => s.intersect(arc, theta))
     }
 
     /// Computes the position, normal and uv of an intersection with this shape.
-    pub fn hit(&self, meeting: &Meeting) -> Hit {
-        each!(self, s => s.hit(meeting))
+    pub fn hit(&self, intersection: &Intersection) -> Hit {
+        each!(self, s => s.hit(intersection))
     }
 
     /// Returns the data that textures need at a hit.
@@ -262,7 +262,7 @@ impl Shape {
 
     /// Returns true if a straight line that leaves the surface along `direction`, from a point with
     /// normal `normal`, never meets the surface again.
-    pub fn is_left(&self, normal: DVec3, direction: DVec3) -> bool {
+    pub fn never_hit_again(&self, normal: DVec3, direction: DVec3) -> bool {
         // Planted error "lines that leave a ball inwards said not to meet it again", found by morgana-transport/transport::edges::straight_connections_are_those_of_the_solver:
         // let outward = || true;
         let outward = || (normal.dot(direction) > 0.0) != self.has_flipped_normals();

@@ -2,7 +2,7 @@
 
 use super::curve::{Surface, Track};
 use super::placement::Placement;
-use super::{AreaSample, Hit, Meeting, Uv};
+use super::{AreaSample, Hit, Intersection, Uv};
 use glam::DVec3;
 
 /// Flat part of a shape, where coordinate `axis` has the value `at`. It faces to one side (1 or −1)
@@ -29,8 +29,8 @@ impl Flat {
 
     /// Returns the intersection with the track at `u`, projected onto the plane.
     #[inline]
-    pub(crate) fn meeting(&self, track: &impl Track, u: f64) -> Meeting {
-        Meeting {
+    pub(crate) fn intersection(&self, track: &impl Track, u: f64) -> Intersection {
+        Intersection {
             theta: track.theta(u),
             local: self.project(track.position(u)),
             primitive: self.primitive,

@@ -4,7 +4,7 @@ use super::curve::{Curve, Track};
 use super::line::Line;
 use super::placement::Placement;
 use super::planar::Flat;
-use super::{AreaDensity, AreaSample, Hit, Meeting, ShapeError, Tessellation, Uv};
+use super::{AreaDensity, AreaSample, Hit, Intersection, ShapeError, Tessellation, Uv};
 use eikonal::Aabb;
 use eikonal::ray::Arc;
 use glam::{DAffine3, DVec3};
@@ -37,7 +37,7 @@ impl Rectangle {
         Ok(Rectangle { placement })
     }
 
-    pub(super) fn meet(&self, arc: &Arc, theta: [f64; 2]) -> Option<Meeting> {
+    pub(super) fn intersect(&self, arc: &Arc, theta: [f64; 2]) -> Option<Intersection> {
         if arc.is_straight() {
             cross(&Line::new(arc, theta, &self.placement))
         } else {
@@ -45,7 +45,7 @@ impl Rectangle {
         }
     }
 
-    pub(super) fn hit(&self, at: &Meeting) -> Hit {
+    pub(super) fn hit(&self, at: &Intersection) -> Hit {
         FACE.hit(&self.placement, at.theta, at.local, Uv::Plain(uv(at.local)))
     }
 
@@ -89,9 +89,9 @@ impl Rectangle {
 }
 
 #[inline]
-fn cross(track: &impl Track) -> Option<Meeting> {
+fn cross(track: &impl Track) -> Option<Intersection> {
     let u = FACE.first(track, 1.0, |p: DVec3| p.x.abs() <= 1.0 && p.y.abs() <= 1.0)?;
-    Some(FACE.meeting(track, u))
+    Some(FACE.intersection(track, u))
 }
 
 fn uv(local: DVec3) -> [f64; 2] {

@@ -4,8 +4,8 @@ use super::curve::{Curve, Surface, Track};
 use super::line::Line;
 use super::placement::Placement;
 use super::{
-    AreaDensity, AreaSample, Hit, Meeting, ShapeError, Tessellation, Uv, circle, polar_tangents,
-    turn,
+    AreaDensity, AreaSample, Hit, Intersection, ShapeError, Tessellation, Uv, circle,
+    polar_tangents, turn,
 };
 use eikonal::Aabb;
 use eikonal::bounds::symmetric_eigenvalues;
@@ -87,7 +87,7 @@ impl Sphere {
         Ok(DAffine3::from_mat3_translation(scale, center))
     }
 
-    pub(super) fn meet(&self, arc: &Arc, theta: [f64; 2]) -> Option<Meeting> {
+    pub(super) fn intersect(&self, arc: &Arc, theta: [f64; 2]) -> Option<Intersection> {
         let within = |p: DVec3| p.length_squared() < INNER_SQUARED_RADIUS;
         if arc.is_straight() {
             cross(&Line::new(arc, theta, &self.placement))
@@ -97,7 +97,7 @@ impl Sphere {
         }
     }
 
-    pub(super) fn hit(&self, at: &Meeting) -> Hit {
+    pub(super) fn hit(&self, at: &Intersection) -> Hit {
         let local = at.local.normalize();
         Hit {
             theta: at.theta,
@@ -197,9 +197,9 @@ impl Sphere {
 }
 
 #[inline]
-fn cross(track: &impl Track) -> Option<Meeting> {
+fn cross(track: &impl Track) -> Option<Intersection> {
     let u = track.first(Surface::Radial(3), 1.0, |_| true)?;
-    Some(Meeting {
+    Some(Intersection {
         theta: track.theta(u),
         local: track.position(u),
         primitive: 0,

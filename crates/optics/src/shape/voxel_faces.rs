@@ -5,7 +5,7 @@ use super::curve::Track;
 use super::line::Line;
 use super::mesh::is_degenerate;
 use super::placement::Placement;
-use super::{AreaSample, Hit, Meeting, Mesh, Shape, ShapeError, Tessellation, Uv};
+use super::{AreaSample, Hit, Intersection, Mesh, Shape, ShapeError, Tessellation, Uv};
 use crate::volume::LabelGrid;
 use eikonal::Aabb;
 use eikonal::ray::Arc as RayArc;
@@ -199,7 +199,7 @@ impl VoxelFaces {
         let [a, b] = others(axis);
         let within = [(rest - number as f64).clamp(0.0, 1.0), u[1]];
         let local = place + DVec3::AXES[a] * within[0] + DVec3::AXES[b] * within[1];
-        let hit = self.hit(&Meeting {
+        let hit = self.hit(&Intersection {
             theta: 0.0,
             local,
             primitive: self.part(axis, place) as u32,
@@ -233,7 +233,7 @@ impl VoxelFaces {
         others(part as usize / 2).map(|k| self.placement.vector(DVec3::AXES[k]))
     }
 
-    pub(super) fn meet(&self, arc: &RayArc, theta: [f64; 2]) -> Option<Meeting> {
+    pub(super) fn intersect(&self, arc: &RayArc, theta: [f64; 2]) -> Option<Intersection> {
         if arc.is_straight() {
             let own = |labels| (labels == self.labels).then_some(());
             return Some(self.first_of_line(arc, theta, own)?.1);
@@ -246,16 +246,16 @@ impl VoxelFaces {
             Mesh::new(positions, triangles, None).ok()
         });
         let mesh = mesh.as_ref()?;
-        let meeting = mesh.meet(arc, theta)?;
-        let hit = mesh.hit(&meeting);
+        let intersection = mesh.intersect(arc, theta)?;
+        let hit = mesh.hit(&intersection);
         let along = |axis: usize| hit.normal.dot(self.placement.normal(DVec3::AXES[axis]));
         let nearer = |a: &usize, b: &usize| along(*a).abs().total_cmp(&along(*b).abs());
         let axis = (0..3).max_by(nearer)?;
         let mut local = self.placement.local(hit.position);
         local[axis] = local[axis].round();
         let is_below = ((along(axis) > 0.0) != self.is_flipped()) != self.turned;
-        Some(Meeting {
-            theta: meeting.theta,
+        Some(Intersection {
+            theta: intersection.theta,
             local,
             primitive: (2 * axis + usize::from(is_below)) as u32,
         })
@@ -269,17 +269,17 @@ impl VoxelFaces {
         arc: &RayArc,
         theta: [f64; 2],
         wanted: impl Fn([u8; 2]) -> Option<T>,
-    ) -> Option<(T, Meeting)> {
+    ) -> Option<(T, Intersection)> {
         let line = Line::new(arc, theta, &self.placement);
         let (size, layers, labels) = (self.size(), self.grid.layers(), self.grid.labels());
         let start = line.first_cell();
         let is_inside = |cell: DVec3| cell.cmpge(DVec3::ZERO).all() && cell.cmplt(size).all();
         let number = |c: DVec3| (c.x + size.x * (c.y + size.y * c.z)) as usize;
-        let meeting = |axis: usize, u: f64, at: f64, [from, to]: [u8; 2]| {
+        let intersection = |axis: usize, u: f64, at: f64, [from, to]: [u8; 2]| {
             let found = wanted([from.max(to), from.min(to)])?;
             let is_below = (from > to) == line.goes_up(axis);
             let primitive = (2 * axis + usize::from(is_below)) as u32;
-            Some((found, line.meeting(axis, at, u, primitive)))
+            Some((found, line.intersection(axis, at, u, primitive)))
         };
         // Enter the grid, and test for a face on its boundary.
         let mut cell = start;
@@ -289,7 +289,7 @@ impl VoxelFaces {
             cell = line.position(u).floor().clamp(DVec3::ZERO, size - 1.0);
             cell[axis] = if line.goes_up(axis) { 0.0 } else { at - 1.0 };
             let label = labels[number(cell)];
-            let found = (label != 0).then(|| meeting(axis, u, at, [0, label]));
+            let found = (label != 0).then(|| intersection(axis, u, at, [0, label]));
             if let Some(found) = found.flatten() {
                 return Some(found);
             }
@@ -320,7 +320,7 @@ impl VoxelFaces {
             cell[axis] = beyond;
             let after = is_inside(cell).then(|| labels[number(cell)]);
             if after != Some(before) && (after.is_some() || before != 0) {
-                let found = meeting(axis, u, at, [before, after.unwrap_or(0)]);
+                let found = intersection(axis, u, at, [before, after.unwrap_or(0)]);
                 if found.is_some() {
                     return found;
                 }
@@ -329,7 +329,7 @@ impl VoxelFaces {
         }
     }
 
-    pub(super) fn hit(&self, at: &Meeting) -> Hit {
+    pub(super) fn hit(&self, at: &Intersection) -> Hit {
         let axis = at.primitive as usize / 2;
         let is_up = (at.primitive % 2 == 1) != self.turned;
         let local = at.local.clamp(DVec3::ZERO, self.size());

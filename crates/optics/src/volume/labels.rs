@@ -85,7 +85,7 @@ impl LabelGrid {
     #[inline]
     pub(crate) fn layers(&self) -> &[u8] {
         self.layers.get_or_init(|| {
-            let mut layers = self.alike();
+            let mut layers = self.uniform_neighbours();
             spread(self.size, &mut layers);
             layers
         })
@@ -93,28 +93,28 @@ impl LabelGrid {
 
     /// Returns `u8::MAX` for each voxel whose 26 neighbours all have its label, and 0 for others.
     /// The comparison goes row by row along x, then y, then z.
-    fn alike(&self) -> Vec<u8> {
-        let mut alike = vec![u8::MAX; self.labels.len()];
+    fn uniform_neighbours(&self) -> Vec<u8> {
+        let mut uniform = vec![u8::MAX; self.labels.len()];
         let (mut step, mut before) = (1, Vec::new());
         for count in self.size {
-            before.clone_from(&alike);
+            before.clone_from(&uniform);
             let slab = step * count;
-            for first in (0..alike.len()).step_by(slab) {
+            for first in (0..uniform.len()).step_by(slab) {
                 let whole = first..first + slab;
                 let (labels, before) = (&self.labels[whole.clone()], &before[whole.clone()]);
-                let alike = &mut alike[whole];
-                alike[..step].fill(0);
-                alike[slab - step..].fill(0);
+                let uniform = &mut uniform[whole];
+                uniform[..step].fill(0);
+                uniform[slab - step..].fill(0);
                 for i in step..slab - step {
                     let [low, high] = [i - step, i + step];
                     let same = (labels[low] == labels[i]) & (labels[high] == labels[i]);
                     let all = before[low] & before[i] & before[high];
-                    alike[i] = if same { all } else { 0 };
+                    uniform[i] = if same { all } else { 0 };
                 }
             }
             step = slab;
         }
-        alike
+        uniform
     }
 
     /// Returns the number of voxels along x, y, z.

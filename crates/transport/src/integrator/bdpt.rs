@@ -69,7 +69,7 @@ impl Bdpt {
         let before = ws.stats().cost();
         // Planted error "subpaths from emitters with the points of those from the sensor", found by morgana-transport/transport::replicates::so_they_are_with_subpaths_from_both_ends:
         // let from_emitter = emitter_path(scene, &bounds, sampler, ws, log);
-        let from_emitter = sampler.apart(|s| emitter_path(scene, &bounds, s, ws, log));
+        let from_emitter = sampler.independently(|s| emitter_path(scene, &bounds, s, ws, log));
         ws.strategy_work.light += ws.stats().cost() - before;
         // Connect them in every way.
         let mut joining = Joining {

@@ -3,7 +3,7 @@
 use super::containment::by_size;
 use super::parts::Object;
 use crate::bsdf::Bsdf;
-use crate::shape::{Accel, Meeting, Shape};
+use crate::shape::{Accel, Intersection, Shape};
 use eikonal::Aabb;
 use eikonal::ray::Arc;
 use glam::DVec3;
@@ -95,7 +95,7 @@ impl Index {
         })
     }
 
-    fn first(&self, arc: &Arc, from: f64, except: Option<usize>) -> Option<(usize, Meeting)> {
+    fn first(&self, arc: &Arc, from: f64, except: Option<usize>) -> Option<(usize, Intersection)> {
         if self.objects.is_empty() {
             return None;
         }

@@ -95,7 +95,7 @@ impl Matters {
         }
         for (number, partition) in parts.partitions.iter().enumerate() {
             if let Some(grid) = matters.voxels(partition) {
-                matters.divide(parts, number, &grids.one(grid));
+                matters.divide(parts, number, &grids.intern(grid));
             }
         }
         matters

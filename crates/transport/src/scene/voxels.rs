@@ -154,7 +154,7 @@ impl VoxelVolume {
                 volume.set_aside(&object.shape, &mut numbers);
             }
         }
-        volume.numbers = grids.one(numbers);
+        volume.numbers = grids.intern(numbers);
         Some(volume)
     }
 

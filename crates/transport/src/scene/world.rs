@@ -6,7 +6,7 @@ use super::matter::Matters;
 use super::parts::MediumId;
 use super::parts::Partition;
 use crate::bsdf::{Bsdf, PartialTransmission};
-use crate::shape::{Except, Hit, Meeting};
+use crate::shape::{Except, Hit, Intersection};
 use eikonal::Aabb;
 use eikonal::Field;
 use eikonal::connect::{Crossing, World};
@@ -64,12 +64,12 @@ impl Scene {
     }
 
     /// Returns the point of an intersection with an object.
-    pub(crate) fn hit(&self, object: usize, meeting: &Meeting) -> Hit {
+    pub(crate) fn hit(&self, object: usize, meeting: &Intersection) -> Hit {
         self.objects()[object].shape.hit(meeting)
     }
 
     /// Returns the first surface that an arc meets, except the object `left`.
-    pub(crate) fn first_beyond(&self, arc: &Arc, left: Option<usize>) -> Option<(usize, Meeting)> {
+    pub(crate) fn first_beyond(&self, arc: &Arc, left: Option<usize>) -> Option<(usize, Intersection)> {
         self.first_before(arc, 1.0, left)
     }
 
@@ -79,7 +79,7 @@ impl Scene {
         arc: &Arc,
         end: f64,
         left: Option<usize>,
-    ) -> Option<(usize, Meeting)> {
+    ) -> Option<(usize, Intersection)> {
         let all = &*self.geometry.all;
         first_of(all, arc, [0.0, end], [all.place(left), None])
     }
@@ -139,7 +139,7 @@ impl Scene {
         &self,
         arc: &Arc,
         left: Option<usize>,
-    ) -> Option<(usize, Meeting)> {
+    ) -> Option<(usize, Intersection)> {
         let interfaces = &*self.geometry.interfaces;
         first_of(interfaces, arc, [0.0, 1.0], [interfaces.place(left), None])
     }
@@ -148,7 +148,7 @@ impl Scene {
     /// `normal`, never meets it again.
     pub(crate) fn left(&self, object: usize, normal: DVec3, direction: DVec3) -> Option<usize> {
         let shape = &self.objects()[object].shape;
-        shape.is_left(normal, direction).then_some(object)
+        shape.never_hit_again(normal, direction).then_some(object)
     }
 
     /// Returns the transmission of all surfaces within media across a connection; `None` if an
@@ -223,7 +223,7 @@ impl Scene {
 
     /// Returns the filters of polarised light within media that an arc crosses up to θ = `end`, in
     /// order.
-    pub(crate) fn filters_along(&self, arc: &Arc, end: f64) -> SmallVec<[(usize, Meeting); 2]> {
+    pub(crate) fn filters_along(&self, arc: &Arc, end: f64) -> SmallVec<[(usize, Intersection); 2]> {
         let mut filters = SmallVec::new();
         let mut from = 0.0;
         while let Some((object, meeting)) =
@@ -242,7 +242,7 @@ impl Scene {
     pub(crate) fn through(
         &self,
         object: usize,
-        meeting: &Meeting,
+        meeting: &Intersection,
         arc: &Arc,
     ) -> Option<PartialTransmission> {
         let surface = &self.objects()[object];
@@ -272,7 +272,7 @@ impl Scene {
     }
 }
 
-fn first_of(index: &Index, arc: &Arc, range: [f64; 2], except: Except) -> Option<(usize, Meeting)> {
+fn first_of(index: &Index, arc: &Arc, range: [f64; 2], except: Except) -> Option<(usize, Intersection)> {
     if index.objects.is_empty() {
         return None;
     }

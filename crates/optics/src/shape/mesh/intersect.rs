@@ -1,7 +1,7 @@
 //! Intersection of lines and arcs with a mesh.
 
 use super::{Mesh, cross};
-use crate::shape::Meeting;
+use crate::shape::Intersection;
 use crate::shape::sweep::Sweep;
 use eikonal::ray::Arc;
 use eikonal::ray::bernstein::{evaluate, first_root, height, split};
@@ -32,7 +32,7 @@ impl Nearest {
 }
 
 impl Mesh {
-    pub(in crate::shape) fn meet(&self, arc: &Arc, theta: [f64; 2]) -> Option<Meeting> {
+    pub(in crate::shape) fn intersect(&self, arc: &Arc, theta: [f64; 2]) -> Option<Intersection> {
         let range = [theta[0].max(0.0), theta[1].min(1.0)];
         let mut nearest = Nearest {
             end: range[1],
@@ -48,7 +48,7 @@ impl Mesh {
             self.meet_arc(&piece, range, MAX_HALVINGS, &mut nearest);
         }
         let (theta, triangle, w) = nearest.hit?;
-        Some(Meeting {
+        Some(Intersection {
             theta,
             local: w.into(),
             primitive: triangle as u32,
@@ -67,7 +67,7 @@ impl Mesh {
         let ends = range.map(|t| (point(ends, t), self.point_noise(t, d)));
         self.tree().visit(&sweep, near, &mut |i| {
             let t = self.triangle(i);
-            if let Some((theta, w)) = line.meet(t)
+            if let Some((theta, w)) = line.intersect(t)
                 && crosses_plane(t, &ends)
             {
                 nearest.offer((near[0] + theta).clamp(range[0].next_up(), range[1]), i, w);
@@ -257,7 +257,7 @@ impl Line {
 
     /// Returns the parameter and the barycentric coordinates of the crossing.
     #[inline]
-    fn meet(&self, t: [DVec3; 3]) -> Option<(f64, [f64; 3])> {
+    fn intersect(&self, t: [DVec3; 3]) -> Option<(f64, [f64; 3])> {
         let (e, z) = self.project(t);
         if e.iter().any(|x| *x < 0.0) && e.iter().any(|x| *x > 0.0) {
             return None;

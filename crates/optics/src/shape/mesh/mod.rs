@@ -8,7 +8,7 @@ mod topology;
 pub use inside::{DIRECTIONS, FirstCrossing};
 
 use super::tree::Tree;
-use super::{AreaSample, Hit, Meeting, ShapeError, Uv};
+use super::{AreaSample, Hit, Intersection, ShapeError, Uv};
 use eikonal::Aabb;
 use glam::{DAffine3, DVec3};
 use std::collections::HashMap;
@@ -257,7 +257,7 @@ impl Mesh {
         // The square root makes the distance from vertex 0 uniform in area.
         let r = v.sqrt();
         let weights = [1.0 - r, r * (1.0 - u[1]), r * u[1]];
-        let hit = self.hit(&Meeting {
+        let hit = self.hit(&Intersection {
             theta: 0.0,
             local: weights.into(),
             primitive: i as u32,
@@ -291,7 +291,7 @@ impl Mesh {
         corners(&self.positions, &self.triangles[i])
     }
 
-    pub(super) fn hit(&self, at: &Meeting) -> Hit {
+    pub(super) fn hit(&self, at: &Intersection) -> Hit {
         let (i, w) = (at.primitive as usize, at.local.to_array());
         let [a, b, c] = self.triangle(i);
         let side = if self.flipped { -1.0 } else { 1.0 };

@@ -8,7 +8,7 @@ use crate::emitter::EmittedRay;
 use crate::observe::fold::{Fold, FoldedEnd, FoldedPath};
 use crate::path::{ConnectionArcs, Edge, EdgePart, End, RayPart, Span, TransportMode, Vertex};
 use crate::scene::MediumId;
-use crate::shape::Meeting;
+use crate::shape::Intersection;
 use eikonal::connect::Event;
 use eikonal::interface::Rule;
 use eikonal::ray::Arc;
@@ -58,7 +58,7 @@ pub(crate) struct Stretch {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EdgeEvent {
     pub object: usize,
-    pub meeting: Meeting,
+    pub meeting: Intersection,
     /// Medium through which light arrives.
     pub medium: MediumId,
     /// Unit direction before the surface; `to` is the direction after it.

@@ -10,7 +10,7 @@ use super::history::RegionHistory;
 use crate::Spectrum;
 use crate::medium::Velocity;
 use crate::mueller::STOKES_PARAMETERS;
-use crate::sampling::is_among;
+use crate::sampling::in_fraction;
 use crate::scene::Scene;
 use crate::tagging::PathModulation;
 use serde::{Deserialize, Serialize};
@@ -216,7 +216,7 @@ impl Records {
     pub(crate) fn add(&mut self, rows: &RecordRows) {
         let (width, halvings) = (self.layout.width(), self.halvings);
         self.rows
-            .append(rows, width, |number| is_among(number, halvings));
+            .append(rows, width, |number| in_fraction(number, halvings));
         while self.rows.particles.len() > self.most {
             self.thin(self.halvings + 1);
         }
@@ -233,7 +233,7 @@ impl Records {
     fn thin(&mut self, halvings: u32) {
         self.halvings = halvings;
         let width = self.layout.width();
-        self.rows.retain(width, |number| is_among(number, halvings));
+        self.rows.retain(width, |number| in_fraction(number, halvings));
     }
 
     /// Returns the smallest number of halvings for which all groups of channels have the records
@@ -257,7 +257,7 @@ impl Records {
     fn count(&self, halvings: u32) -> usize {
         let particles = self.rows.particles.iter();
         particles
-            .filter(|number| is_among(**number, halvings))
+            .filter(|number| in_fraction(**number, halvings))
             .count()
     }
 
@@ -278,7 +278,7 @@ impl Records {
             ..
         } = self.layout;
         let rows = &self.rows;
-        let is_kept = |number: u64| is_among(number, halvings);
+        let is_kept = |number: u64| in_fraction(number, halvings);
         let particles = followed.filter(|number| is_kept(*number)).count() as u64;
         let mut order: Vec<usize> = (0..rows.particles.len()).collect();
         order.retain(|row| is_kept(rows.particles[*row]));

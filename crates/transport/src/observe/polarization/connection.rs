@@ -6,7 +6,7 @@ use super::transported::StokesInFrame;
 use crate::bsdf::FilterMueller;
 use crate::path::{ConnectionArcs, TransportMode, Vertex, surface_at};
 use crate::scene::{MediumId, Scene};
-use crate::shape::Meeting;
+use crate::shape::Intersection;
 use eikonal::connect::Event;
 use eikonal::interface::Rule;
 use eikonal::ray::Arc;
@@ -32,7 +32,7 @@ struct ConnectionPart {
     /// End of the part on its arc.
     theta_end: f64,
     /// Filters along the part.
-    filters: SmallVec<[(usize, Meeting); 2]>,
+    filters: SmallVec<[(usize, Intersection); 2]>,
     /// Interface at the end of the part, if light is refracted or reflected there.
     interface: Option<Event>,
 }
@@ -193,7 +193,7 @@ impl ConnectionStokes {
 pub(super) fn filter(
     scene: &Scene,
     object: usize,
-    meeting: &Meeting,
+    meeting: &Intersection,
     medium: MediumId,
     k: DVec3,
 ) -> Option<FilterMueller> {

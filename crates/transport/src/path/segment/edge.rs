@@ -4,7 +4,7 @@ use super::edge_geometry::EdgeGeometry;
 use crate::Spectrum;
 use crate::medium::{Attenuation, MediumLabel};
 use crate::scene::{MediumId, Scene};
-use crate::shape::{Hit, Meeting};
+use crate::shape::{Hit, Intersection};
 use eikonal::ray::Arc;
 use glam::DVec3;
 
@@ -79,7 +79,7 @@ pub struct Span<'a> {
     pub events_before: u32,
     /// Object on whose surface the span ends, with the intersection; `None` if the span ends
     /// elsewhere.
-    pub surface: Option<(usize, Meeting)>,
+    pub surface: Option<(usize, Intersection)>,
 }
 
 /// A point inside a span.

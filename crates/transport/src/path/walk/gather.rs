@@ -50,7 +50,7 @@ pub(crate) fn gather_along<'a>(
         differentials: false,
         splitting: false,
     };
-    sampler.apart(|sampler| {
+    sampler.independently(|sampler| {
         let edge = trace(scene, start, sampling, sampler, ws);
         for (emitter, volume) in scene.volume_lights() {
             let Some(place) = Place::sample(&edge, volume, sampler.next_1d()) else {
@@ -113,7 +113,7 @@ pub(crate) fn gather_in_view(
             return;
         };
         let scatter =
-            sampler.apart(|sampler| vertex.scatter(scene, TransportMode::Radiance, sampler));
+            sampler.independently(|sampler| vertex.scatter(scene, TransportMode::Radiance, sampler));
         let Some(scatter) = scatter.filter(|scatter| scatter.delta) else {
             return;
         };

@@ -9,7 +9,7 @@ use crate::bsdf::{Bsdf, BsdfSample, PartialTransmission, Surface};
 use crate::budget::EVENTS_PER_EDGE;
 use crate::path::segment::{End, Split, Start, TransportMode, leave, share, surface_at};
 use crate::scene::MediumId;
-use crate::shape::{Hit, Meeting};
+use crate::shape::{Hit, Intersection};
 use eikonal::connect::{Pattern, World};
 use eikonal::interface::{Interface, Rule};
 use eikonal::ray::Variation;
@@ -28,7 +28,7 @@ struct Turn {
 
 impl Walk<'_, '_> {
     /// Passes a surface, is reflected, or ends there. Breaks if the edge ends.
-    pub(super) fn surface(&mut self, object: usize, meeting: Meeting, v: DVec3) -> ControlFlow<()> {
+    pub(super) fn surface(&mut self, object: usize, meeting: Intersection, v: DVec3) -> ControlFlow<()> {
         let scene = self.scene;
         let bsdf = &scene.objects()[object].bsdf;
         if self.events.collided && !bsdf.is_null() {
@@ -130,7 +130,7 @@ impl Walk<'_, '_> {
         self.edge.geometry.events += 1;
         self.edge.geometry.choice *= sample.pdf;
         self.edge.weight *= sample.weight;
-        let is_mirror = !sample.transmitted && bsdf.leans(&surface);
+        let is_mirror = !sample.transmitted && bsdf.uses_perturbed_normal(&surface);
         let turn = Turn {
             direction: sample.direction,
             beyond: self.beyond(object, hit, sample.direction),

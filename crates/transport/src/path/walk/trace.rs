@@ -11,7 +11,7 @@ use crate::path::segment::{
 use crate::path::workspace::{RayPart, Workspace};
 use crate::sampling::{Purpose, Sampler};
 use crate::scene::{MediumId, Scene};
-use crate::shape::Meeting;
+use crate::shape::Intersection;
 use eikonal::connect::World;
 use eikonal::field::Field;
 use eikonal::ray::{Arc, Flow, Node, Variation};
@@ -343,7 +343,7 @@ impl<'a, 'b> Walk<'a, 'b> {
         &mut self,
         arc: Arc,
         attenuation: Attenuation<'a>,
-        met: Option<(usize, Meeting)>,
+        met: Option<(usize, Intersection)>,
         at: impl Fn(f64) -> (DVec3, RayDifferentials),
         ws: &mut Workspace,
     ) {
