@@ -71,7 +71,7 @@ fn run(
     let started = Instant::now();
     while stopped.recv_timeout(INTERVAL) == Err(RecvTimeoutError::Timeout) {
         if stopping.asked() || goal.time.is_some_and(|t| started.elapsed() >= t) {
-            handle.ask_to_end();
+            handle.request_end();
         }
         let samples = handle.samples();
         let fraction = goal.fraction(samples, started.elapsed());

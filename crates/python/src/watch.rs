@@ -60,7 +60,7 @@ pub fn watched<T: Send>(
                     shared.stop.store(raised.is_some(), Ordering::Relaxed);
                 }
                 if raised.is_some() || time.is_some_and(|t| started.elapsed() >= t) {
-                    shared.handle.ask_to_end();
+                    shared.handle.request_end();
                 }
             }
             (worker.join(), raised)

@@ -124,7 +124,7 @@ impl<T: Copy> Sparse<T> {
     }
 
     /// Resets the blocks inside a range, and frees their memory.
-    pub(crate) fn forget(&mut self, range: Range<usize>) {
+    pub(crate) fn clear(&mut self, range: Range<usize>) {
         let end = if range.end >= self.len {
             self.blocks.len()
         } else {
@@ -261,12 +261,12 @@ mod tests {
         assert_eq!(cells.written(0..1000).count(), 64 + 40);
         assert!(cells.iter().eq(&cells.dense(|_, v| v)));
         for range in [0..191, 129..999] {
-            cells.forget(range);
+            cells.clear(range);
             assert_eq!((cells[130], cells[999]), (130.0, 999.0));
         }
-        cells.forget(128..192);
+        cells.clear(128..192);
         assert_eq!((cells[130], cells[999]), (0.0, 999.0));
-        cells.forget(960..1000);
+        cells.clear(960..1000);
         assert_eq!(cells[999], 0.0);
         assert_eq!(Sparse::<f64>::memory(1000), 1000 * 8 + 16 * 16);
     }

@@ -1,7 +1,7 @@
 //! Sweep backwards along a path (docs/theory.md#derivatives-by-the-index-behind-scattering).
 
 use super::majorant::log_albedo_gradient;
-use super::record::{AttachedPath, Crossed, Drawn, Found, LegEnd, Scattering};
+use super::record::{AttachedPath, Crossed, Found, SampledChannel, Scattering, SegmentEnd};
 use super::{AttachedWalk, arrival::Arrival};
 use crate::Spectrum;
 use crate::scene::{MediumId, Scene};
@@ -26,11 +26,11 @@ struct Sweep<'p, S> {
     walk: &'p AttachedWalk<'p>,
     scene: &'p Scene,
     /// Weight × contribution of each channel.
-    worth: Spectrum,
-    /// Sum of `worth` over the channels, by which logarithmic derivatives are multiplied.
+    channel_weights: Spectrum,
+    /// Sum of `channel_weights` over the channels, by which logarithmic derivatives are multiplied.
     value: f64,
     /// Channel in which the current segment was sampled.
-    drawn: Drawn,
+    sampled: SampledChannel,
     sink: S,
 }
 
@@ -49,30 +49,32 @@ impl AttachedWalk<'_> {
         let mut sweep = Sweep {
             walk: self,
             scene: self.scene,
-            worth: found.value * weights,
+            channel_weights: found.value * weights,
             value: (found.value * weights).sum(),
-            drawn: Drawn::GREY,
+            sampled: SampledChannel::GREY,
             sink,
         };
         let mut onward = Onward::default();
-        for leg in path.legs.iter().rev() {
-            let (scene, medium) = (self.scene, leg.medium);
+        for segment in path.segments.iter().rev() {
+            let (scene, medium) = (self.scene, segment.medium);
             let field = scene.field(medium);
             let resolved = self.plan.has(medium);
-            sweep.drawn = leg.drawn;
-            let spans = &path.spans[leg.spans.clone()];
-            let mut adjoint = match &leg.end {
-                LegEnd::Arrived(end) => sweep.arrived(found, weights, end),
-                LegEnd::Crossed(crossed) => sweep.crossed(crossed, medium, onward),
-                LegEnd::Scattered(event) => sweep.scattered(event, medium, resolved, spans, onward),
+            sweep.sampled = segment.sampled;
+            let spans = &path.spans[segment.spans.clone()];
+            let mut adjoint = match &segment.end {
+                SegmentEnd::Arrived(end) => sweep.arrived(found, weights, end),
+                SegmentEnd::Crossed(crossed) => sweep.crossed(crossed, medium, onward),
+                SegmentEnd::Scattered(event) => {
+                    sweep.scattered(event, medium, resolved, spans, onward)
+                }
             };
-            let rest = match &leg.end {
-                LegEnd::Scattered(event) => &spans[..event.step],
+            let rest = match &segment.end {
+                SegmentEnd::Scattered(event) => &spans[..event.step],
                 _ => spans,
             };
             let mut add = |x, by| (sweep.sink)(medium, x, by);
             adjoint.back(field, resolved, rest, &mut add);
-            onward = match leg.direction {
+            onward = match segment.direction {
                 Some(direction) => {
                     let start = adjoint.start(field, direction, &mut add);
                     Onward {
@@ -87,7 +89,7 @@ impl AttachedWalk<'_> {
             };
         }
         // Add the derivative by n² at the sensor.
-        if let Some(first) = path.legs.first() {
+        if let Some(first) = path.segments.first() {
             let x = path.origin;
             let n2 = self.scene.field(first.medium).n2(x);
             let by = value(sweep.value / n2);
@@ -99,7 +101,7 @@ impl AttachedWalk<'_> {
 impl<S: FnMut(MediumId, DVec3, IndexDerivative)> Sweep<'_, S> {
     /// Returns the derivative of the logarithm of a medium's survival probability by the length.
     fn log_survival(&self, medium: MediumId) -> f64 {
-        let own = self.walk.majorants.of(medium)[self.drawn.channel];
+        let own = self.walk.majorants.of(medium)[self.sampled.channel];
         self.log_weight(medium) - self.value * own
     }
 
@@ -107,8 +109,8 @@ impl<S: FnMut(MediumId, DVec3, IndexDerivative)> Sweep<'_, S> {
     /// segment.
     fn log_weight(&self, medium: MediumId) -> f64 {
         let extinctions = self.walk.majorants.of(medium);
-        let mean = (self.drawn.posterior * extinctions).sum();
-        (self.worth * extinctions.map(|sigma| mean - sigma)).sum()
+        let mean = (self.sampled.posterior * extinctions).sum();
+        (self.channel_weights * extinctions.map(|sigma| mean - sigma)).sum()
     }
 
     /// Starts the sweep at the emitter that the path has reached.
@@ -186,11 +188,12 @@ impl<S: FnMut(MediumId, DVec3, IndexDerivative)> Sweep<'_, S> {
     /// the collision's acceptance probability, times the albedo if it is real.
     fn log_chance(&self, event: &Scattering, medium: MediumId) -> DVec3 {
         let (x, is_real) = (event.vertex.x, event.onward.is_some());
-        let chance = self.walk.majorants.chance(self.scene, medium);
-        let by_chance = chance.map(|c| c.log_gradient(x, self.worth, is_real));
-        let by_albedo =
-            is_real.then(|| log_albedo_gradient(self.scene.medium(medium), x, self.worth));
-        by_chance.unwrap_or_default() + by_albedo.unwrap_or_default()
+        let acceptance_ratio = self.walk.majorants.acceptance_ratio(self.scene, medium);
+        let by_acceptance =
+            acceptance_ratio.map(|c| c.log_gradient(x, self.channel_weights, is_real));
+        let by_albedo = is_real
+            .then(|| log_albedo_gradient(self.scene.medium(medium), x, self.channel_weights));
+        by_acceptance.unwrap_or_default() + by_albedo.unwrap_or_default()
     }
 
     /// Sweeps back across a collision. The sweep has returned to the start of the step that

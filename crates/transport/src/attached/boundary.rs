@@ -3,7 +3,7 @@
 
 use super::arrival::Arrival;
 use super::fresnel::FresnelShare;
-use super::record::{Crossed, Found, LegEnd};
+use super::record::{Crossed, Found, SegmentEnd};
 use super::walk::{Met, Walking};
 use crate::bsdf::{Bsdf, Dielectric};
 use crate::budget::EVENTS_PER_EDGE;
@@ -112,7 +112,7 @@ impl Walking<'_, '_> {
             before: end.v,
             after,
         };
-        self.end(LegEnd::Crossed(Box::new(Crossed {
+        self.end(SegmentEnd::Crossed(Box::new(Crossed {
             end,
             crossing,
             far,
@@ -156,7 +156,7 @@ impl Walking<'_, '_> {
         let depth = self.depth.saturating_add(1);
         if depth <= self.walk.max_depth {
             let light = arrival.light(self.walk.scene, end.x, end.v.normalize());
-            self.end_after(spans, LegEnd::Arrived(end));
+            self.end_after(spans, SegmentEnd::Arrived(end));
             self.path.found = Some(Found {
                 arrival,
                 throughput: self.throughput,

@@ -37,11 +37,15 @@ impl Majorants {
     }
 
     /// Returns the probability that a collision in a medium is real; `None` if it always is.
-    pub(super) fn chance<'a>(&self, scene: &'a Scene, medium: MediumId) -> Option<Chance<'a>> {
+    pub(super) fn acceptance_ratio<'a>(
+        &self,
+        scene: &'a Scene,
+        medium: MediumId,
+    ) -> Option<AcceptanceRatio<'a>> {
         let (most, medium) = (self.0[medium][0], scene.medium(medium));
         match &medium.sigma_t {
             VolumeTexture::Uniform(_) => None,
-            VolumeTexture::Grid(grid) => Some(Chance {
+            VolumeTexture::Grid(grid) => Some(AcceptanceRatio {
                 grid,
                 unit: medium.scale / most,
             }),
@@ -51,28 +55,28 @@ impl Majorants {
 
 /// Ratio of a varying extinction to its majorant: the probability of a real collision.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Chance<'a> {
+pub(super) struct AcceptanceRatio<'a> {
     grid: &'a VolumeGrid,
     /// Factor on the grid.
     unit: f64,
 }
 
-impl Chance<'_> {
+impl AcceptanceRatio<'_> {
     /// Returns the ratio of each channel at a position.
     pub(super) fn at(&self, x: DVec3) -> Spectrum {
         (self.grid.at(x) * self.unit).map(|share| share.min(1.0))
     }
 
-    /// Returns the gradient of Σ `worth` × log(ratio) at a position, summed over channels. For a
-    /// null collision it is the gradient of Σ `worth` × log(1 − ratio).
-    pub(super) fn log_gradient(&self, x: DVec3, worth: Spectrum, is_real: bool) -> DVec3 {
+    /// Returns the gradient of Σ `channel_weights` × log(ratio) at a position, summed over
+    /// channels. For a null collision it is the gradient of Σ `channel_weights` × log(1 − ratio).
+    pub(super) fn log_gradient(&self, x: DVec3, channel_weights: Spectrum, is_real: bool) -> DVec3 {
         let share = self.at(x);
         let by = if is_real {
-            over(worth, share)
+            over(channel_weights, share)
         } else {
             // Planted error "collisions that did not happen, and do not change where they move to", found by morgana-transport/transport::index_absorption:
             // Spectrum::ZERO
-            over(worth, share.map(|share| 1.0 - share)) * -1.0
+            over(channel_weights, share.map(|share| 1.0 - share)) * -1.0
         };
         self.grid.gradient(x, by * self.unit)
     }
@@ -88,23 +92,23 @@ pub(super) fn probability(share: f64) -> f64 {
     }
 }
 
-/// Returns the gradient of Σ `worth` × log(albedo) at a position, summed over channels.
-pub(super) fn log_albedo_gradient(medium: &Medium, x: DVec3, worth: Spectrum) -> DVec3 {
+/// Returns the gradient of Σ `channel_weights` × log(albedo) at a position, summed over channels.
+pub(super) fn log_albedo_gradient(medium: &Medium, x: DVec3, channel_weights: Spectrum) -> DVec3 {
     match &medium.albedo {
         VolumeTexture::Uniform(_) => DVec3::ZERO,
         // Planted error "albedo that does not change where a collision moves to", found by morgana-transport/lib::derivatives_of_paths_are_differences_of_replayed_ones:
-        // VolumeTexture::Grid(grid) => grid.gradient(x, over(worth, grid.at(x))) * 0.0,
-        VolumeTexture::Grid(grid) => grid.gradient(x, over(worth, grid.at(x))),
+        // VolumeTexture::Grid(grid) => grid.gradient(x, over(channel_weights, grid.at(x))) * 0.0,
+        VolumeTexture::Grid(grid) => grid.gradient(x, over(channel_weights, grid.at(x))),
     }
 }
 
-/// Returns a quotient, zero in channels where `worth` is zero.
-fn over(worth: Spectrum, by: Spectrum) -> Spectrum {
+/// Returns a quotient, zero in channels where `channel_weights` is zero.
+fn over(channel_weights: Spectrum, by: Spectrum) -> Spectrum {
     let each = |c: usize| {
-        if worth[c] == 0.0 {
+        if channel_weights[c] == 0.0 {
             0.0
         } else {
-            worth[c] / by[c]
+            channel_weights[c] / by[c]
         }
     };
     Spectrum(std::array::from_fn(each))

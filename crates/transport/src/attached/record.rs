@@ -16,7 +16,7 @@ pub(crate) struct AttachedPath {
     pub(super) flight: Flight,
     /// Spans of the steps of all segments.
     pub(super) spans: Vec<f64>,
-    pub(super) legs: Vec<Leg>,
+    pub(super) segments: Vec<Segment>,
     /// Start of the path.
     pub(super) origin: DVec3,
     /// Light at the end of the path; `None` if the path did not reach an emitter.
@@ -37,28 +37,28 @@ pub(super) struct Found {
 
 /// Flight through one medium.
 #[derive(Clone, Debug)]
-pub(super) struct Leg {
+pub(super) struct Segment {
     pub medium: MediumId,
     /// Range of the flight's steps in `spans`.
     pub spans: Range<usize>,
     /// Unit direction in which the flight starts at a point. `None` behind a boundary and after a
     /// null collision, where the flight starts with a velocity.
     pub direction: Option<DVec3>,
-    pub drawn: Drawn,
-    pub end: LegEnd,
+    pub sampled: SampledChannel,
+    pub end: SegmentEnd,
 }
 
 /// Channel in which a segment's end was sampled.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Drawn {
+pub(super) struct SampledChannel {
     pub channel: usize,
     /// Probability of each channel, given the end of the segment.
     pub posterior: Spectrum,
 }
 
-impl Drawn {
+impl SampledChannel {
     /// First channel, where all channels are equal.
-    pub(super) const GREY: Self = Drawn {
+    pub(super) const GREY: Self = SampledChannel {
         channel: 0,
         posterior: Spectrum([1.0, 0.0, 0.0, 0.0]),
     };
@@ -66,7 +66,7 @@ impl Drawn {
 
 /// End of a segment.
 #[derive(Clone, Debug)]
-pub(super) enum LegEnd {
+pub(super) enum SegmentEnd {
     /// Collision, real or null.
     Scattered(Scattering),
     /// A boundary.
@@ -122,7 +122,7 @@ impl AttachedPath {
     /// Clears the path.
     pub(super) fn clear(&mut self) {
         self.spans.clear();
-        self.legs.clear();
+        self.segments.clear();
         self.found = None;
     }
 

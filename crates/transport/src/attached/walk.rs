@@ -3,7 +3,7 @@
 
 use super::IndexPlan;
 use super::majorant::{Majorants, probability};
-use super::record::{AttachedPath, Beyond, Drawn, Leg, LegEnd, Scattering};
+use super::record::{AttachedPath, Beyond, SampledChannel, Scattering, Segment, SegmentEnd};
 use crate::Spectrum;
 use crate::budget::EDGES_PER_WALK;
 use crate::path::choose_channel;
@@ -61,7 +61,7 @@ pub(super) struct Walking<'a, 'p> {
     /// Number of specular events on this edge.
     pub events: u32,
     /// Channel in which the current segment is sampled.
-    pub drawn: Drawn,
+    pub sampled: SampledChannel,
 }
 
 impl<'a> AttachedWalk<'a> {
@@ -90,11 +90,11 @@ impl<'a> AttachedWalk<'a> {
             throughput: Spectrum(std::array::from_fn(white)),
             depth: 0,
             events: 0,
-            drawn: Drawn::GREY,
+            sampled: SampledChannel::GREY,
         };
         let unit = n * n;
         for _ in 0..EDGES_PER_WALK {
-            if walking.leg(unit).is_break() {
+            if walking.segment(unit).is_break() {
                 return;
             }
         }
@@ -105,11 +105,11 @@ impl<'a> AttachedWalk<'a> {
 
 impl Walking<'_, '_> {
     /// Follows a segment and handles its end. `unit` is the throughput at the sensor.
-    fn leg(&mut self, unit: f64) -> ControlFlow<()> {
+    fn segment(&mut self, unit: f64) -> ControlFlow<()> {
         let scene = self.walk.scene;
         let extinctions = self.walk.majorants.of(self.medium);
-        self.drawn = self.draw(extinctions);
-        let extinction = extinctions[self.drawn.channel];
+        self.sampled = self.draw(extinctions);
+        let extinction = extinctions[self.sampled.channel];
         let rank = self.sampler.next_1d_for(Purpose::Distance);
         let depth = -(-rank).ln_1p();
         let length = if extinction > 0.0 {
@@ -144,14 +144,14 @@ impl Walking<'_, '_> {
     }
 
     /// Samples the channel whose extinction determines the end of a segment.
-    fn draw(&mut self, extinctions: Spectrum) -> Drawn {
+    fn draw(&mut self, extinctions: Spectrum) -> SampledChannel {
         let own = &extinctions.0[..self.walk.channels];
         if own.iter().all(|sigma| *sigma == own[0]) {
-            return Drawn::GREY;
+            return SampledChannel::GREY;
         }
         let pdf = self.throughput / self.throughput.sum();
         let u = self.sampler.next_1d_for(Purpose::Channel);
-        Drawn {
+        SampledChannel {
             channel: choose_channel(pdf, u),
             posterior: pdf,
         }
@@ -160,15 +160,15 @@ impl Walking<'_, '_> {
     /// Weights the channels by their densities of the segment's end, given its length and whether
     /// it ends with a collision.
     fn weigh(&mut self, extinctions: Spectrum, length: f64, collides: bool) {
-        let own = extinctions[self.drawn.channel];
+        let own = extinctions[self.sampled.channel];
         // Compute ratios to the density in the sampled channel.
         let relative = extinctions.map(|sigma| {
             let rate = if collides { sigma / own } else { 1.0 };
             rate * ((own - sigma) * length).exp()
         });
-        let all = (self.drawn.posterior * relative).sum();
+        let all = (self.sampled.posterior * relative).sum();
         self.throughput *= relative / all;
-        self.drawn.posterior *= relative / all;
+        self.sampled.posterior *= relative / all;
     }
 
     /// Follows the ray to the first surface, or for a length.
@@ -205,17 +205,17 @@ impl Walking<'_, '_> {
     }
 
     /// Ends the segment with the steps of the last flight.
-    pub(super) fn end(&mut self, end: LegEnd) {
+    pub(super) fn end(&mut self, end: SegmentEnd) {
         let spans = self.path.keep();
         self.end_after(spans, end);
     }
 
-    pub(super) fn end_after(&mut self, spans: Range<usize>, end: LegEnd) {
-        self.path.legs.push(Leg {
+    pub(super) fn end_after(&mut self, spans: Range<usize>, end: SegmentEnd) {
+        self.path.segments.push(Segment {
             medium: self.medium,
             spans,
             direction: self.direction,
-            drawn: self.drawn,
+            sampled: self.sampled,
             end,
         });
     }
@@ -232,7 +232,7 @@ impl Walking<'_, '_> {
         } else {
             None
         };
-        self.end(LegEnd::Scattered(Scattering {
+        self.end(SegmentEnd::Scattered(Scattering {
             vertex,
             step,
             span,
@@ -254,10 +254,11 @@ impl Walking<'_, '_> {
     /// Decides whether a collision by the majorant is real.
     fn is_real(&mut self, x: DVec3) -> bool {
         let walk = self.walk;
-        let Some(chance) = walk.majorants.chance(walk.scene, self.medium) else {
+        let Some(acceptance_ratio) = walk.majorants.acceptance_ratio(walk.scene, self.medium)
+        else {
             return true;
         };
-        let share = chance.at(x);
+        let share = acceptance_ratio.at(x);
         let probability = probability((self.throughput * share).sum() / self.throughput.sum());
         let is_real = self.sampler.next_1d() < probability;
         self.throughput *= if is_real {

@@ -13,7 +13,7 @@
 //! Theory: docs/theory.md#bidirectional.
 
 use super::PathFinds;
-use super::bidirectional::{Connections, Heuristic, Joining, MergeContents, Setting};
+use super::bidirectional::{Connections, Heuristic, Joining, MergeContents, StrategyContext};
 use crate::Spectrum;
 use crate::path::{Bounds, LightPath, PathLog, Workspace, sensor_path};
 use crate::sampling::Sampler;
@@ -73,7 +73,7 @@ impl Bdpt {
         ws.strategy_work.light += ws.stats().cost() - before;
         // Connect them in every way.
         let mut joining = Joining {
-            setting: Setting {
+            context: StrategyContext {
                 scene,
                 channel_pdf,
                 heuristic: self.heuristic,

@@ -7,7 +7,7 @@
 //! Theory: docs/theory.md#particle.
 
 use super::PathFinds;
-use super::bidirectional::{Heuristic, Joining, MergeContents, Setting};
+use super::bidirectional::{Heuristic, Joining, MergeContents, StrategyContext};
 use crate::Spectrum;
 use crate::path::{Bounds, LightPath, PathLog, StrategyRates, Workspace, sensor_path};
 use crate::sampling::Sampler;
@@ -57,7 +57,7 @@ impl ParticleTracer {
         let light = LightPath::sample(scene, &bounds, sampler, ws, log);
         let first = out.len();
         let mut joining = Joining {
-            setting: Setting {
+            context: StrategyContext {
                 scene,
                 channel_pdf,
                 heuristic: Heuristic::default(),

@@ -12,8 +12,8 @@ use crate::connection_end::{ConnectionEnd, OnSurface};
 use crate::emitter::EmittedRay;
 use crate::film::PathFacts;
 use crate::path::{
-    Connection, ConnectionTarget, Edge, EdgePart, EmittedAlong, End, Equiangular, FoundBranch,
-    FoundPath, Leaves, NeeSlot, PathLog, Resampling, Sampling, Split, SplitSample, Start,
+    BranchPoint, Connection, ConnectionTarget, Edge, EdgePart, EmittedAlong, End, Equiangular,
+    FoundBranch, FoundPath, NeeSlot, PathLog, Resampling, Sampling, Split, SplitSample, Start,
     SubpathEnd, TransportMode, Vertex, Weighted, Workspace, environment_end, gather_along, scatter,
     trace,
 };
@@ -117,7 +117,7 @@ struct Light<W> {
     events: u32,
     optical_length: f64,
     /// Arcs of the connection, as the log stores them.
-    way: W,
+    connection_log: W,
 }
 
 /// An edge of a path, with the path up to the edge.
@@ -398,7 +398,7 @@ impl<L: PathLog> Tracing<'_, L> {
             };
             let end = SubpathEnd {
                 part: Some(part),
-                ..SubpathEnd::at(Leaves::Last)
+                ..SubpathEnd::at(BranchPoint::Last)
             };
             let ray = EmittedRay::within(along.emitter, along.x);
             self.hand_over(value, length, end, None, &ray);
@@ -435,7 +435,7 @@ impl<L: PathLog> Tracing<'_, L> {
             },
             direction: found.direction,
         };
-        let end = SubpathEnd::at(Leaves::Last);
+        let end = SubpathEnd::at(BranchPoint::Last);
         self.hand_over(value, edge.length, end, None, &ray);
     }
 
@@ -446,13 +446,13 @@ impl<L: PathLog> Tracing<'_, L> {
         value: Spectrum,
         length: PathLength,
         end: SubpathEnd,
-        way: Option<&L::Way>,
+        connection_log: Option<&L::ConnectionLog>,
         ray: &EmittedRay,
     ) {
         self.log.contribute(&FoundPath {
             sensor: Some(end),
             light: None,
-            way,
+            connection_log,
             ray: Some(ray),
         });
         self.out.push(Contribution {
@@ -475,7 +475,7 @@ impl<L: PathLog> Tracing<'_, L> {
     /// end of the part `on` of the next edge.
     fn connected(
         &mut self,
-        light: Weighted<Light<L::Way>>,
+        light: Weighted<Light<L::ConnectionLog>>,
         vertex: &Vertex,
         on: Option<EdgePart>,
         length: PathLength,
@@ -484,7 +484,7 @@ impl<L: PathLog> Tracing<'_, L> {
     ) {
         let slot = NeeSlot::new(self.scene.emitters()[emitter].class(), vertex);
         if let Some(nee_training) = &mut self.ws.nee_training {
-            let branch = |(light, weight): &(Light<L::Way>, f64)| {
+            let branch = |(light, weight): &(Light<L::ConnectionLog>, f64)| {
                 (light.value.sum() * weight * share, light.share)
             };
             nee_training.connection(slot, light.iter().map(branch));
@@ -493,11 +493,11 @@ impl<L: PathLog> Tracing<'_, L> {
             let end = SubpathEnd {
                 part: on,
                 turn: Some((vertex, light.direction)),
-                ..SubpathEnd::at(Leaves::Last)
+                ..SubpathEnd::at(BranchPoint::Last)
             };
             let length = length.and(light.events, light.optical_length);
             let value = light.value * (weight * share);
-            self.hand_over(value, length, end, Some(&light.way), &light.ray);
+            self.hand_over(value, length, end, Some(&light.connection_log), &light.ray);
         }
     }
 

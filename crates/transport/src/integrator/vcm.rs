@@ -8,7 +8,7 @@
 //! Theory: docs/theory.md#vertex-merging.
 
 use super::Contribution;
-use super::bidirectional::{Connections, Heuristic, Joining, LightMap, Merging, Setting};
+use super::bidirectional::{Connections, Heuristic, Joining, LightMap, Merging, StrategyContext};
 use crate::Spectrum;
 use crate::film::Decomposition;
 use crate::path::{Bounds, Workspace, sensor_path};
@@ -142,7 +142,7 @@ impl VcmSample<'_> {
         let (scene, bounds) = (self.scene, self.vcm.bounds(self.channel_pdf));
         let sensor = sensor_path(scene, ray, &bounds, sampler, ws, &mut ());
         let mut joining = Joining {
-            setting: Setting {
+            context: StrategyContext {
                 scene,
                 channel_pdf: self.channel_pdf,
                 heuristic: self.vcm.heuristic,

@@ -4,7 +4,7 @@
 
 use crate::emitter::EmittedRay;
 use crate::path::{
-    ConnectionArcs, Edge, EdgePart, FoundPath, Leaves, PathLog, RayPart, Span, SubpathEnd,
+    BranchPoint, ConnectionArcs, Edge, EdgePart, FoundPath, PathLog, RayPart, Span, SubpathEnd,
     TransportMode, Vertex,
 };
 use glam::DVec3;
@@ -18,7 +18,7 @@ pub(crate) trait Fold {
     /// State at a point of a subpath.
     type State: Clone;
     /// Data of a connection.
-    type Way;
+    type ConnectionLog;
 
     /// True if edges need their spans: see [`PathLog::NEEDS_SPANS`].
     const NEEDS_SPANS: bool;
@@ -59,10 +59,15 @@ pub(crate) trait Fold {
     );
 
     /// Records a connection: see [`PathLog::way`].
-    fn way(&mut self, mode: TransportMode, vertex: &Vertex, arcs: ConnectionArcs) -> Self::Way;
+    fn log_connection(
+        &mut self,
+        mode: TransportMode,
+        vertex: &Vertex,
+        arcs: ConnectionArcs,
+    ) -> Self::ConnectionLog;
 
     /// Records the path of a contribution.
-    fn contribute(&mut self, path: FoldedPath<Self::State, Self::Way>);
+    fn contribute(&mut self, path: FoldedPath<Self::State, Self::ConnectionLog>);
 }
 
 /// States at the ends of the subpaths of a contribution, and the connection between them: see
@@ -70,14 +75,14 @@ pub(crate) trait Fold {
 pub(crate) struct FoldedPath<'a, S, W> {
     pub sensor: Option<FoldedEnd<'a, S>>,
     pub light: Option<FoldedEnd<'a, S>>,
-    pub way: Option<&'a W>,
+    pub connection_log: Option<&'a W>,
     pub ray: Option<&'a EmittedRay>,
 }
 
 /// State at the end of the part of a subpath that a contribution uses.
 pub(crate) struct FoldedEnd<'a, S> {
     /// State where the contribution leaves the subpath.
-    pub leaves: &'a S,
+    pub branch_point: &'a S,
     /// State at the end.
     pub state: S,
 }
@@ -115,11 +120,11 @@ impl<S: Clone> States<S> {
         self.vertices.clear();
     }
 
-    fn state(&self, leaves: Leaves) -> &S {
-        match leaves {
-            Leaves::Start => &self.start,
-            Leaves::Vertex(number) => &self.vertices[number],
-            Leaves::Last => &self.last,
+    fn state(&self, branch_point: BranchPoint) -> &S {
+        match branch_point {
+            BranchPoint::Start => &self.start,
+            BranchPoint::Vertex(number) => &self.vertices[number],
+            BranchPoint::Last => &self.last,
         }
     }
 
@@ -130,8 +135,8 @@ impl<S: Clone> States<S> {
         mode: TransportMode,
         end: &SubpathEnd,
     ) -> FoldedEnd<'_, S> {
-        let leaves = self.state(end.leaves);
-        let mut state = leaves.clone();
+        let branch_point = self.state(end.branch_point);
+        let mut state = branch_point.clone();
         let after = end.passed.iter().skip(1).chain(end.part.map(|p| p.edge));
         for (edge, next) in end.passed.iter().zip(after) {
             fold.follow(&mut state, mode, edge, &[]);
@@ -148,7 +153,10 @@ impl<S: Clone> States<S> {
         if let Some((vertex, direction)) = end.turn {
             fold.turn(&mut state, mode, vertex, direction, false);
         }
-        FoldedEnd { leaves, state }
+        FoldedEnd {
+            branch_point,
+            state,
+        }
     }
 }
 
@@ -178,7 +186,7 @@ impl<F: Fold> Folded<F> {
 }
 
 impl<F: Fold> PathLog for Folded<F> {
-    type Way = F::Way;
+    type ConnectionLog = F::ConnectionLog;
     const NEEDS_SPANS: bool = F::NEEDS_SPANS;
     const NEEDS_PARTS: bool = F::NEEDS_PARTS;
 
@@ -201,11 +209,16 @@ impl<F: Fold> PathLog for Folded<F> {
         fold.turn(&mut states.last, mode, vertex, direction, specular);
     }
 
-    fn way(&mut self, mode: TransportMode, vertex: &Vertex, arcs: ConnectionArcs) -> F::Way {
-        self.fold.way(mode, vertex, arcs)
+    fn log_connection(
+        &mut self,
+        mode: TransportMode,
+        vertex: &Vertex,
+        arcs: ConnectionArcs,
+    ) -> F::ConnectionLog {
+        self.fold.log_connection(mode, vertex, arcs)
     }
 
-    fn contribute(&mut self, path: &FoundPath<F::Way>) {
+    fn contribute(&mut self, path: &FoundPath<F::ConnectionLog>) {
         let fold = &mut self.fold;
         let sensor = path.sensor.as_ref();
         let sensor = sensor.map(|end| self.sensor.end(fold, TransportMode::Radiance, end));
@@ -214,7 +227,7 @@ impl<F: Fold> PathLog for Folded<F> {
         fold.contribute(FoldedPath {
             sensor,
             light,
-            way: path.way,
+            connection_log: path.connection_log,
             ray: path.ray,
         });
     }

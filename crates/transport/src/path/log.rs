@@ -15,7 +15,7 @@ use std::ops::ControlFlow;
 /// [`TransportMode::Importance`].
 pub(crate) trait PathLog {
     /// Arcs of a connection, as the log keeps them.
-    type Way;
+    type ConnectionLog;
 
     /// True if [`follow`](Self::follow) reads the spans of its edge. Edges that contributions leave
     /// before their end always keep their spans.
@@ -40,10 +40,15 @@ pub(crate) trait PathLog {
 
     /// Stores the arcs of a connection from a vertex of a subpath. The arcs may start at either
     /// end.
-    fn way(&mut self, mode: TransportMode, vertex: &Vertex, arcs: ConnectionArcs) -> Self::Way;
+    fn log_connection(
+        &mut self,
+        mode: TransportMode,
+        vertex: &Vertex,
+        arcs: ConnectionArcs,
+    ) -> Self::ConnectionLog;
 
     /// Receives the path of a contribution.
-    fn contribute(&mut self, path: &FoundPath<Self::Way>);
+    fn contribute(&mut self, path: &FoundPath<Self::ConnectionLog>);
 }
 
 /// Path of a contribution: parts of one or two subpaths, and the connection between them.
@@ -54,7 +59,7 @@ pub(crate) struct FoundPath<'a, W> {
     /// Part of the light subpath; `None` if the light is emitted along `ray`.
     pub light: Option<SubpathEnd<'a>>,
     /// Arcs of the connection.
-    pub way: Option<&'a W>,
+    pub connection_log: Option<&'a W>,
     /// Ray of the emitter, if it differs from the first ray of the light subpath.
     pub ray: Option<&'a EmittedRay>,
 }
@@ -63,7 +68,7 @@ pub(crate) struct FoundPath<'a, W> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SubpathEnd<'a> {
     /// Place at which the contribution leaves the subpath.
-    pub leaves: Leaves,
+    pub branch_point: BranchPoint,
     /// Edges of the path after it has left the subpath. Only this contribution has them.
     pub passed: &'a [Edge<'a>],
     /// Part of an edge after `passed`.
@@ -74,7 +79,7 @@ pub(crate) struct SubpathEnd<'a> {
 
 /// Place at which a contribution leaves a subpath.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Leaves {
+pub(crate) enum BranchPoint {
     /// The start of the subpath.
     Start,
     /// A vertex with a [number](PathLog::number_vertex).
@@ -94,9 +99,9 @@ pub(crate) struct EdgePart<'a> {
 
 impl SubpathEnd<'_> {
     /// Makes the end of a path that leaves a subpath without another edge.
-    pub(crate) fn at(leaves: Leaves) -> Self {
+    pub(crate) fn at(branch_point: BranchPoint) -> Self {
         SubpathEnd {
-            leaves,
+            branch_point,
             passed: &[],
             part: None,
             turn: None,
@@ -106,7 +111,7 @@ impl SubpathEnd<'_> {
 
 /// Ignores all events.
 impl PathLog for () {
-    type Way = ();
+    type ConnectionLog = ();
     const NEEDS_SPANS: bool = false;
     const NEEDS_PARTS: bool = false;
 
@@ -115,7 +120,7 @@ impl PathLog for () {
     fn number_vertex(&mut self, _mode: TransportMode) {}
     fn turn(&mut self, _mode: TransportMode, _vertex: &Vertex, _direction: DVec3, _specular: bool) {
     }
-    fn way(&mut self, _mode: TransportMode, _vertex: &Vertex, _arcs: ConnectionArcs) {}
+    fn log_connection(&mut self, _mode: TransportMode, _vertex: &Vertex, _arcs: ConnectionArcs) {}
     fn contribute(&mut self, _path: &FoundPath<()>) {}
 }
 

@@ -36,7 +36,7 @@ pub use learnt::{
     AdjointEstimate, AdjointTraining, Levels, NeeRates, NeeTraining, PathTally, StrategyFind,
     StrategyKind, StrategyRates, StrategySample, StrategyShares, StrategyTraining, StrategyWork,
 };
-pub(crate) use log::{EdgePart, FoundPath, Leaves, PathLog, SubpathEnd};
+pub(crate) use log::{BranchPoint, EdgePart, FoundPath, PathLog, SubpathEnd};
 pub use random_walk::{
     FreeFlightEvent, Observer, RandomWalk, Survival, VoxelFlight, WalkEvent, WalkRay,
 };

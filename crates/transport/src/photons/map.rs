@@ -2,7 +2,7 @@
 //! (docs/theory.md#photon-maps).
 
 use super::follow::{Followed, LightPaths};
-use super::photon::{Photon, PhotonSite, landed};
+use super::photon::{Photon, PhotonSite, stored};
 use super::tree::PhotonTree;
 use crate::scene::Scene;
 use crate::stats::Photons;
@@ -29,7 +29,7 @@ impl PhotonMap {
     /// Traces light subpaths and stores their photons.
     pub(crate) fn trace(paths: &LightPaths<'_>) -> Followed<Self> {
         let followed = paths.follow(|path, light| {
-            let photons = landed(paths.scene, &light, path, paths.count);
+            let photons = stored(paths.scene, &light, path, paths.count);
             photons.collect::<Vec<_>>()
         });
         let Followed {

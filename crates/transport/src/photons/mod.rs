@@ -13,7 +13,7 @@ pub(crate) use follow::{Followed, LightPaths};
 pub use kernel::Kernel;
 pub(crate) use map::PhotonMap;
 pub use photon::Photon;
-pub(crate) use photon::landed;
+pub(crate) use photon::stored;
 pub(crate) use pieces::pieces;
 pub use radii::Radii;
 pub use tree::PhotonTree;

@@ -74,7 +74,7 @@ impl Photon {
 }
 
 /// Returns the photons of light subpath number `path`, one of `paths` subpaths.
-pub(crate) fn landed(
+pub(crate) fn stored(
     scene: &Scene,
     light: &LightPath,
     path: usize,

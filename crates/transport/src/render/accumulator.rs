@@ -132,7 +132,7 @@ impl<T: Accumulated> Accumulator<T> {
 
     /// Runs the pilot, unless an earlier one has been completed. Breaks if the handle ends the
     /// pilot.
-    pub(super) fn learn(
+    pub(super) fn run_pilot(
         &mut self,
         handle: &Handle,
         pilot: impl FnOnce() -> Vec<T::Learnt>,

@@ -69,7 +69,7 @@ enum Shares {
 impl Allocation {
     /// Creates the allocation of a new render.
     pub(super) fn new(scene: &Scene, options: &RenderOptions) -> Self {
-        let shares = if options.shares_out() {
+        let shares = if options.is_adaptive() {
             Shares::Open
         } else {
             Shares::Even
@@ -103,7 +103,7 @@ impl Allocation {
     }
 
     /// Copies the shares of `other`, an allocation of the same render, if `self` has none.
-    pub(super) fn learn(&mut self, other: &Allocation) {
+    pub(super) fn adopt(&mut self, other: &Allocation) {
         if self.shares == Shares::Open {
             self.clone_from(other);
         }
@@ -367,8 +367,8 @@ mod tests {
             "{mean}"
         );
         let at = |row: usize, column: usize| f64::from(shares[row * width + column]);
-        let doubt = f64::from(PRIOR_FRACTION) * 6.0;
-        let noise = ((16.0 + doubt) / (1.0 + doubt)).sqrt();
+        let prior = f64::from(PRIOR_FRACTION) * 6.0;
+        let noise = ((16.0 + prior) / (1.0 + prior)).sqrt();
         assert!((at(2, 30) / at(20, 30) / noise - 1.0).abs() < 0.01);
         assert!((at(2, 30) / at(2, 5) / 3.0 - 1.0).abs() < 0.01);
         assert_eq!(at(20, 5), f64::from(MIN_SHARE));

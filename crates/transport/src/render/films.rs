@@ -124,7 +124,7 @@ impl Accumulated for Films {
 
     fn merge(&mut self, other: &Films) {
         self.film.merge(&other.film);
-        self.allocation.learn(&other.allocation);
+        self.allocation.adopt(&other.allocation);
         if let (Some(quantities), Some(other)) = (&mut self.quantities, &other.quantities) {
             quantities.merge(other);
         }

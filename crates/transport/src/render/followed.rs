@@ -176,7 +176,7 @@ impl<'a> FollowedSamples<'a> {
                 }
                 tagged.layers.clear();
                 tagged.layers.extend(out.iter().map(layer_of));
-                tagged.tell_apart(out, channels, &mut sampler, parts);
+                tagged.separate_parts(out, channels, &mut sampler, parts);
             }
         }
     }
@@ -220,7 +220,7 @@ impl FoundParts {
 
 impl TaggedSamples {
     /// Computes the parts of each layer of light.
-    fn tell_apart(
+    fn separate_parts(
         &mut self,
         contributions: &[Contribution],
         channels: usize,

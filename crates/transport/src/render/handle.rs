@@ -13,7 +13,7 @@ pub const GRACE: Duration = Duration::from_millis(600);
 #[derive(Debug, Default)]
 pub struct Handle {
     samples: AtomicU64,
-    asked: OnceLock<Instant>,
+    requested: OnceLock<Instant>,
     stop: Stop,
 }
 
@@ -32,15 +32,15 @@ impl Handle {
     /// Requests the end of the render; to be called repeatedly. The render ends after the current
     /// pass. A call at least [`GRACE`] after the first call aborts the pass and discards its
     /// samples.
-    pub fn ask_to_end(&self) {
-        if self.asked.get_or_init(Instant::now).elapsed() >= GRACE {
+    pub fn request_end(&self) {
+        if self.requested.get_or_init(Instant::now).elapsed() >= GRACE {
             self.stop.raise();
         }
     }
 
     /// Returns true if the end was requested.
-    pub fn is_asked(&self) -> bool {
-        self.asked.get().is_some()
+    pub fn end_requested(&self) -> bool {
+        self.requested.get().is_some()
     }
 
     /// Ends the render within a pass.

@@ -144,7 +144,7 @@ impl MeasureState {
             let whole = self::groups(scenes, meters, u32::MAX, 0);
             whole.iter().flatten().map(window).collect()
         };
-        if self.learn(handle, pilot).is_break() {
+        if self.run_pilot(handle, pilot).is_break() {
             return Ok(());
         }
         let windows = self.learnt.iter().cloned();

@@ -105,7 +105,7 @@ fn kept(spec: &FilmSpec, options: &RenderOptions) -> usize {
     } else {
         0
     };
-    let shares = if options.shares_out() {
+    let shares = if options.is_adaptive() {
         allocation::BYTES
     } else {
         0

@@ -146,7 +146,7 @@ impl RenderOptions {
     }
 
     /// Returns true if noisy pixels receive more samples.
-    fn shares_out(&self) -> bool {
+    fn is_adaptive(&self) -> bool {
         self.adaptive
             && !self.reweight
             && matches!(self.renderer, Renderer::Light(Integrator::Path(_)))
@@ -155,7 +155,7 @@ impl RenderOptions {
     /// Returns the cells in which samples of a film are taken. Pixels with different numbers of
     /// samples are independent.
     fn cells(&self, film: &FilmSpec) -> Cells {
-        if self.shares_out() {
+        if self.is_adaptive() {
             Cells::apart(film)
         } else {
             Cells::of(film)

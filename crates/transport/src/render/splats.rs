@@ -151,15 +151,15 @@ pub(super) fn pass(
     light: &LightSamples,
     samples: Range<u64>,
     film: &Film,
-    told_apart: bool,
+    separates_strategies: bool,
 ) -> (FoundImages, Stats) {
     let source = light.source;
     let tasks = Tasks::over(source.cells.count());
     let decomposition = film.layers().map(|layers| *layers.decomposition());
-    let mut assembly = Assembly::new(light, film, decomposition, told_apart);
+    let mut assembly = Assembly::new(light, film, decomposition, separates_strategies);
     let wanted = Wanted {
         decomposition: decomposition.unwrap_or_default(),
-        keeps_own: told_apart || decomposition.is_some(),
+        keeps_own: separates_strategies || decomposition.is_some(),
     };
     let is_shared = light.integrator.shares_light_paths();
     let mut shared = None;
@@ -207,7 +207,7 @@ struct Assembly<'a> {
     /// True if samples are sorted by brightness.
     sorts: bool,
     /// True if samples are also added to images of strategies.
-    told_apart: bool,
+    separates_strategies: bool,
     /// Footprint of the current sample.
     footprint: Footprint,
     /// Values of the current sample by cell.
@@ -233,14 +233,14 @@ impl<'a> Assembly<'a> {
         light: &LightSamples<'a>,
         film: &Film,
         decomposition: Option<Decomposition>,
-        told_apart: bool,
+        separates_strategies: bool,
     ) -> Self {
         let source = light.source;
         Assembly {
             source,
             blurs: light.integrator.blurs(),
             sorts: film.outliers(source.group).is_some(),
-            told_apart,
+            separates_strategies,
             footprint: source.footprint(0),
             own: Vec::new(),
             bias: Vec::new(),
@@ -293,7 +293,7 @@ impl<'a> Assembly<'a> {
         if let Some(layered) = &mut self.layered {
             layered.splat(self.source, &self.footprint, &part, share);
         }
-        if self.told_apart {
+        if self.separates_strategies {
             let contributions = &part.contributions;
             self.strategies
                 .splat(self.source, &self.footprint, contributions, share);

@@ -87,7 +87,7 @@ impl State {
             "the state is not one of a render of these scenes with these options"
         );
         let pilot = || prepare(scenes, options, None, handle);
-        if self.learn(handle, pilot).is_break() {
+        if self.run_pilot(handle, pilot).is_break() {
             return;
         }
         let groups = scenes.iter().zip(&self.learnt).enumerate();
@@ -263,8 +263,8 @@ impl RenderPasses<'_> {
             }
             Renderer::Light(integrator) if integrator.splats() || source.cells.overlap() => {
                 let light = source.light(*integrator);
-                let told_apart = sums.strategies.is_some();
-                let (images, stats) = splats::pass(&light, samples, film, told_apart);
+                let separates_strategies = sums.strategies.is_some();
+                let (images, stats) = splats::pass(&light, samples, film, separates_strategies);
                 (Found::Images(images), stats)
             }
             Renderer::Light(integrator) => {

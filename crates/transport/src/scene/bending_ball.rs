@@ -35,9 +35,9 @@ pub(crate) struct BendingBall {
     indices: [f64; 2],
     /// Largest index times distance from the centre at a point for which every ray through the
     /// point is known to leave the ball.
-    lets_out: f64,
-    /// Distance from the centre within which every point meets the condition of `lets_out`.
-    sure: f64,
+    leaving_limit: f64,
+    /// Distance from the centre within which every point meets the condition of `leaving_limit`.
+    leaving_radius: f64,
 }
 
 impl BendingBall {
@@ -73,10 +73,11 @@ impl BendingBall {
     /// most one ray within the ball joins them. `n` is the index as a function of position.
     pub(crate) fn is_unique(&self, ends: [DVec3; 2], n: impl Fn(DVec3) -> f64) -> bool {
         let off = ends.map(|p| p.distance(self.ball.center));
-        let lets_out = |i: usize| n(ends[i]) * off[i] <= self.lets_out;
+        let leaves_ball = |i: usize| n(ends[i]) * off[i] <= self.leaving_limit;
         // Planted error "pairs inside a lens certified that total reflections join", found by morgana-transport/transport::lens::pairs_inside_that_are_certified_have_one_ray:
-        // let leaves = || off[0].min(off[1]) <= 2.0 * self.sure || lets_out(0) || lets_out(1);
-        let leaves = || off[0].min(off[1]) <= self.sure || lets_out(0) || lets_out(1);
+        // let leaves = || off[0].min(off[1]) <= 2.0 * self.leaving_radius || leaves_ball(0) || leaves_ball(1);
+        let leaves =
+            || off[0].min(off[1]) <= self.leaving_radius || leaves_ball(0) || leaves_ball(1);
         ends.into_iter().all(|p| self.ball.contains(p)) && leaves()
     }
 }
@@ -146,8 +147,8 @@ fn matched_ball(parts: &Parts) -> Option<BendingBall> {
         lens: Some(lens),
         matched: true,
         indices: [outside; 2],
-        lets_out: f64::NEG_INFINITY,
-        sure: f64::NEG_INFINITY,
+        leaving_limit: f64::NEG_INFINITY,
+        leaving_radius: f64::NEG_INFINITY,
     })
 }
 
@@ -192,7 +193,7 @@ fn smooth_ball(
             ratio: field.n(center) / outside,
         },
     };
-    let lets_out = match &lens {
+    let leaving_limit = match &lens {
         Some(_) => outside * radius - drift(field, &ball, &object.shape, &regions[interior]),
         None => outside * radius,
     };
@@ -202,8 +203,8 @@ fn smooth_ball(
         lens,
         matched: false,
         indices: [ball.ratio * outside, outside],
-        lets_out,
-        sure: lets_out / field.bounds(&object.shape.aabb()).n_max(),
+        leaving_limit,
+        leaving_radius: leaving_limit / field.bounds(&object.shape.aabb()).n_max(),
     })
 }
 

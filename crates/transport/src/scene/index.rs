@@ -74,8 +74,8 @@ impl Index {
         except: Option<usize>,
     ) -> Option<(usize, DVec3)> {
         let arc = Arc::line(x - normal * distance, normal, 2.0 * distance);
-        let (i, meeting) = self.first(&arc, 0.0, self.place(except))?;
-        Some((self.objects[i], self.shapes[i].hit(&meeting).normal))
+        let (i, intersection) = self.first(&arc, 0.0, self.place(except))?;
+        Some((self.objects[i], self.shapes[i].hit(&intersection).normal))
     }
 
     /// Returns the surfaces within `distance` of a point along a unit `direction`, each with its
@@ -89,9 +89,9 @@ impl Index {
         let arc = Arc::line(x - direction * distance, direction, 2.0 * distance);
         let mut from = 0.0;
         std::iter::from_fn(move || {
-            let (i, meeting) = self.first(&arc, from, None)?;
-            from = meeting.theta;
-            Some((self.objects[i], self.shapes[i].hit(&meeting).normal))
+            let (i, intersection) = self.first(&arc, from, None)?;
+            from = intersection.theta;
+            Some((self.objects[i], self.shapes[i].hit(&intersection).normal))
         })
     }
 

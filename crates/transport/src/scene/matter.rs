@@ -34,7 +34,7 @@ pub struct Matter {
 
 /// A part of a straight line through one matter.
 #[derive(Clone, Copy, Debug)]
-pub struct Leg<'a> {
+pub struct Segment<'a> {
     /// Length of the part.
     pub length: f64,
     /// Matter along the part.
@@ -42,7 +42,7 @@ pub struct Leg<'a> {
 }
 
 /// The parts of a straight line.
-pub type Legs<'a> = SmallVec<[Leg<'a>; 2]>;
+pub type Segments<'a> = SmallVec<[Segment<'a>; 2]>;
 
 /// All uniform matter of a scene.
 #[derive(Clone, Debug)]
@@ -199,23 +199,23 @@ impl Matters {
 }
 
 impl Scene {
-    /// Returns the legs of a straight line from `x` in a unit direction, up to an optical depth in
-    /// a channel. The point `x` is in `medium`. Returns `None` if the line may meet a surface, if
-    /// the matter is unknown, or if there are too many legs.
+    /// Returns the segments of a straight line from `x` in a unit direction, up to an optical depth
+    /// in a channel. The point `x` is in `medium`. Returns `None` if the line may meet a surface,
+    /// if the matter is unknown, or if there are too many segments.
     #[inline]
-    pub(crate) fn free_legs(
+    pub(crate) fn free_segments(
         &self,
         medium: MediumId,
         [x, direction]: [DVec3; 2],
         channel: usize,
         depth: f64,
-    ) -> Option<Legs<'_>> {
+    ) -> Option<Segments<'_>> {
         let matters = self.matters();
-        let (legs, within) = match matters.extents[medium].as_ref()? {
+        let (segments, within) = match matters.extents[medium].as_ref()? {
             Extent::Everywhere(matter) => {
                 let matter = &matters.list[*matter];
                 let length = depth / matter.extinction[channel];
-                (smallvec![Leg { length, matter }], None)
+                (smallvec![Segment { length, matter }], None)
             }
             Extent::Voxels {
                 grid,
@@ -223,29 +223,29 @@ impl Scene {
                 partition,
             } => {
                 let matter = |number: u8| numbered[usize::from(number)].map(|i| &matters.list[i]);
-                let legs = legs(grid, matter, [x, direction], channel, depth)?;
-                (legs, *partition)
+                let segments = segments(grid, matter, [x, direction], channel, depth)?;
+                (segments, *partition)
             }
         };
-        let length: f64 = legs.iter().map(|leg| leg.length).sum();
+        let length: f64 = segments.iter().map(|segment| segment.length).sum();
         // Light without a collision within the scene leaves it.
         let ends = length < self.reach(x);
-        (ends && self.is_free(medium, within, [x, direction], length)).then_some(legs)
+        (ends && self.is_free(medium, within, [x, direction], length)).then_some(segments)
     }
 }
 
-/// Returns the legs of a straight line from `x` in a unit direction through voxels, up to an
+/// Returns the segments of a straight line from `x` in a unit direction through voxels, up to an
 /// optical depth in a channel. Returns `None` if the line leaves the known matter before, or has
-/// too many legs.
+/// too many segments.
 #[inline]
-fn legs<'a>(
+fn segments<'a>(
     grid: &LabelGrid,
     matter: impl Fn(u8) -> Option<&'a Matter>,
     [x, direction]: [DVec3; 2],
     channel: usize,
     depth: f64,
-) -> Option<Legs<'a>> {
-    let mut legs = Legs::new();
+) -> Option<Segments<'a>> {
+    let mut segments = Segments::new();
     let (mut left, mut gone, mut last) = (depth, 0.0, None);
     let mut line = grid.along(x, direction);
     for _ in 0..MAX_STEPS {
@@ -260,12 +260,12 @@ fn legs<'a>(
             (line.leap(voxel) - gone).max(0.0)
         };
         if last == Some(number) {
-            legs.last_mut()?.length += length;
+            segments.last_mut()?.length += length;
         } else {
-            legs.push(Leg { length, matter });
+            segments.push(Segment { length, matter });
         }
         if ends {
-            return Some(legs);
+            return Some(segments);
         }
         (left, gone, last) = (left - rate * length, gone + length, Some(number));
     }

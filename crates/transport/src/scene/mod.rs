@@ -34,7 +34,7 @@ pub use containment::{Bodies, Containment};
 pub(crate) use group::EmitterChoice;
 pub(crate) use light_bounds::Receiver;
 pub use lint::Lint;
-pub use matter::{Leg, Legs, Matter};
+pub use matter::{Matter, Segment, Segments};
 pub use parts::{AMBIENT, MediumId, Object, Partition, Parts, Sides};
 pub use regions::Region;
 pub use voxels::VoxelVolume;

@@ -151,7 +151,7 @@ impl VoxelVolume {
         let mut numbers: Vec<u8> = matters.collect();
         for (i, object) in parts.objects.iter().enumerate() {
             if !partition.objects.contains(&i) {
-                volume.set_aside(&object.shape, &mut numbers);
+                volume.mark_unsuitable(&object.shape, &mut numbers);
             }
         }
         volume.numbers = grids.intern(numbers);
@@ -159,12 +159,12 @@ impl VoxelVolume {
     }
 
     /// Excludes the voxels through which a surface may pass.
-    fn set_aside(&self, shape: &Shape, numbers: &mut [u8]) {
-        shape.each_patch(|points| self.set_aside_around(points, numbers));
+    fn mark_unsuitable(&self, shape: &Shape, numbers: &mut [u8]) {
+        shape.each_patch(|points| self.mark_unsuitable_around(points, numbers));
     }
 
     /// Excludes the voxels near a box around points.
-    fn set_aside_around(&self, points: &[DVec3], numbers: &mut [u8]) {
+    fn mark_unsuitable_around(&self, points: &[DVec3], numbers: &mut [u8]) {
         let places = points.iter().map(|p| self.to_voxels.transform_point3(*p));
         let filled = Aabb::around(places);
         if !(filled.min.is_finite() && filled.max.is_finite()) {

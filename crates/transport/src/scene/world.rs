@@ -27,8 +27,8 @@ impl World for Scene {
     }
 
     fn crossing(&self, medium: MediumId, arc: &Arc) -> Option<Crossing<MediumId>> {
-        let (object, meeting) = self.first_boundary(arc, None)?;
-        let hit = self.hit(object, &meeting);
+        let (object, intersection) = self.first_boundary(arc, None)?;
+        let hit = self.hit(object, &intersection);
         let surface = &self.objects()[object];
         Some(Crossing {
             theta: hit.theta,
@@ -59,29 +59,34 @@ impl World for Scene {
 impl Scene {
     /// Returns the first surface that an arc meets.
     pub fn first_hit(&self, arc: &Arc) -> Option<(usize, Hit)> {
-        let (object, meeting) = self.first_beyond(arc, None)?;
-        Some((object, self.hit(object, &meeting)))
+        let (object, intersection) = self.first_beyond(arc, None)?;
+        Some((object, self.hit(object, &intersection)))
     }
 
     /// Returns the point of an intersection with an object.
-    pub(crate) fn hit(&self, object: usize, meeting: &Intersection) -> Hit {
-        self.objects()[object].shape.hit(meeting)
+    pub(crate) fn hit(&self, object: usize, intersection: &Intersection) -> Hit {
+        self.objects()[object].shape.hit(intersection)
     }
 
-    /// Returns the first surface that an arc meets, except the object `left`.
-    pub(crate) fn first_beyond(&self, arc: &Arc, left: Option<usize>) -> Option<(usize, Intersection)> {
-        self.first_before(arc, 1.0, left)
+    /// Returns the first surface that an arc meets, except the object `start_object`.
+    pub(crate) fn first_beyond(
+        &self,
+        arc: &Arc,
+        start_object: Option<usize>,
+    ) -> Option<(usize, Intersection)> {
+        self.first_before(arc, 1.0, start_object)
     }
 
-    /// Returns the first surface that an arc meets up to θ = `end`, except the object `left`.
+    /// Returns the first surface that an arc meets up to θ = `end`, except the object
+    /// `start_object`.
     pub(crate) fn first_before(
         &self,
         arc: &Arc,
         end: f64,
-        left: Option<usize>,
+        start_object: Option<usize>,
     ) -> Option<(usize, Intersection)> {
         let all = &*self.geometry.all;
-        first_of(all, arc, [0.0, end], [all.place(left), None])
+        first_of(all, arc, [0.0, end], [all.place(start_object), None])
     }
 
     /// Returns true if a straight line from `x`, in a medium, in a unit direction is known to meet
@@ -134,19 +139,29 @@ impl Scene {
     }
 
     /// Returns the first boundary between media that an arc crosses deterministically, except the
-    /// object `left`.
+    /// object `start_object`.
     pub(crate) fn first_boundary(
         &self,
         arc: &Arc,
-        left: Option<usize>,
+        start_object: Option<usize>,
     ) -> Option<(usize, Intersection)> {
         let interfaces = &*self.geometry.interfaces;
-        first_of(interfaces, arc, [0.0, 1.0], [interfaces.place(left), None])
+        first_of(
+            interfaces,
+            arc,
+            [0.0, 1.0],
+            [interfaces.place(start_object), None],
+        )
     }
 
     /// Returns the object if a straight line that leaves it in `direction`, from a point with
     /// `normal`, never meets it again.
-    pub(crate) fn left(&self, object: usize, normal: DVec3, direction: DVec3) -> Option<usize> {
+    pub(crate) fn start_object(
+        &self,
+        object: usize,
+        normal: DVec3,
+        direction: DVec3,
+    ) -> Option<usize> {
         let shape = &self.objects()[object].shape;
         shape.never_hit_again(normal, direction).then_some(object)
     }
@@ -155,11 +170,11 @@ impl Scene {
     /// opaque or rough surface blocks it. `arcs` are the arcs of the connection, each with the θ at
     /// which it ends. The ray ends on the object `target`, and meets its end only within the
     /// solver's tolerance. It may therefore touch `target` over a length of `slack` before the end.
-    /// `left` is an object that the first arc does not meet if it is straight.
+    /// `start_object` is an object that the first arc does not meet if it is straight.
     pub fn visibility<'a>(
         &self,
         arcs: impl ExactSizeIterator<Item = (&'a Arc, f64)>,
-        [left, target]: [Option<usize>; 2],
+        [start_object, target]: [Option<usize>; 2],
         slack: f64,
     ) -> Option<PartialTransmission> {
         let mut all = PartialTransmission::ALL;
@@ -177,8 +192,8 @@ impl Scene {
         let last = arcs.len().saturating_sub(1);
         for (i, (arc, end)) in arcs.enumerate() {
             let target = target.filter(|_| i == last);
-            let left = left.filter(|_| i == 0 && arc.is_straight());
-            if self.blocked(arc, end, [left, target], slack) {
+            let start_object = start_object.filter(|_| i == 0 && arc.is_straight());
+            if self.blocked(arc, end, [start_object, target], slack) {
                 return None;
             }
             self.pass_partial(arc, end, target, slack, &mut all);
@@ -187,11 +202,17 @@ impl Scene {
     }
 
     /// Returns true if an opaque or rough surface blocks an arc before its end.
-    fn blocked(&self, arc: &Arc, end: f64, [left, target]: [Option<usize>; 2], slack: f64) -> bool {
+    fn blocked(
+        &self,
+        arc: &Arc,
+        end: f64,
+        [start_object, target]: [Option<usize>; 2],
+        slack: f64,
+    ) -> bool {
         let blockers = &*self.geometry.blockers;
         // A straight line meets a flat surface only where it ends on the surface.
         let flat = |object: &usize| arc.is_straight() && self.objects()[*object].shape.is_flat();
-        let except = [left, target.filter(flat)].map(|object| blockers.place(object));
+        let except = [start_object, target.filter(flat)].map(|object| blockers.place(object));
         let blocks = |i: usize, theta| !is_end(arc, end, blockers.objects[i], theta, target, slack);
         let shapes = &blockers.shapes;
         let accel = &blockers.accel;
@@ -208,14 +229,14 @@ impl Scene {
         all: &mut PartialTransmission,
     ) {
         let mut from = 0.0;
-        while let Some((object, meeting)) =
+        while let Some((object, intersection)) =
             first_of(&self.geometry.partial, arc, [from, end], [None; 2])
         {
-            from = meeting.theta;
-            if is_end(arc, end, object, meeting.theta, target, slack) {
+            from = intersection.theta;
+            if is_end(arc, end, object, intersection.theta, target, slack) {
                 continue;
             }
-            if let Some(through) = self.through(object, &meeting, arc) {
+            if let Some(through) = self.through(object, &intersection, arc) {
                 all.times(&through);
             }
         }
@@ -223,15 +244,19 @@ impl Scene {
 
     /// Returns the filters of polarised light within media that an arc crosses up to θ = `end`, in
     /// order.
-    pub(crate) fn filters_along(&self, arc: &Arc, end: f64) -> SmallVec<[(usize, Intersection); 2]> {
+    pub(crate) fn filters_along(
+        &self,
+        arc: &Arc,
+        end: f64,
+    ) -> SmallVec<[(usize, Intersection); 2]> {
         let mut filters = SmallVec::new();
         let mut from = 0.0;
-        while let Some((object, meeting)) =
+        while let Some((object, intersection)) =
             first_of(&self.geometry.partial, arc, [from, end], [None; 2])
         {
-            from = meeting.theta;
+            from = intersection.theta;
             if self.objects()[object].bsdf.changes_what_passes() {
-                filters.push((object, meeting));
+                filters.push((object, intersection));
             }
         }
         filters
@@ -242,14 +267,14 @@ impl Scene {
     pub(crate) fn through(
         &self,
         object: usize,
-        meeting: &Intersection,
+        intersection: &Intersection,
         arc: &Arc,
     ) -> Option<PartialTransmission> {
         let surface = &self.objects()[object];
         if !surface.bsdf.is_partial() {
             return None;
         }
-        let hit = self.hit(object, meeting);
+        let hit = self.hit(object, intersection);
         let cos = hit.normal.dot(arc.velocity(hit.theta).normalize());
         surface.bsdf.through(&surface.shape.site(&hit), cos)
     }
@@ -272,12 +297,17 @@ impl Scene {
     }
 }
 
-fn first_of(index: &Index, arc: &Arc, range: [f64; 2], except: Except) -> Option<(usize, Intersection)> {
+fn first_of(
+    index: &Index,
+    arc: &Arc,
+    range: [f64; 2],
+    except: Except,
+) -> Option<(usize, Intersection)> {
     if index.objects.is_empty() {
         return None;
     }
-    let (i, meeting) = index.accel.first(&index.shapes, arc, range, except)?;
-    Some((index.objects[i], meeting))
+    let (i, intersection) = index.accel.first(&index.shapes, arc, range, except)?;
+    Some((index.objects[i], intersection))
 }
 
 /// Returns true if an intersection with the object on which a connection ends is this end.

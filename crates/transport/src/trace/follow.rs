@@ -196,7 +196,7 @@ impl RayObserver for TracedRay<'_> {
         ControlFlow::Continue(())
     }
 
-    fn go_on(&mut self, hit: &Hit, beyond: &Continuation) {
+    fn continue_walk(&mut self, hit: &Hit, beyond: &Continuation) {
         if beyond.is_reflection {
             self.line.reflect(beyond.v.normalize());
         }

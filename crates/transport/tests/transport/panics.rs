@@ -35,7 +35,7 @@ fn options() -> RenderOptions {
     RenderOptions::new(PathTracer::default(), 2, 0)
 }
 
-fn told_apart(decomposition: Decomposition) {
+fn separated(decomposition: Decomposition) {
     let options = RenderOptions {
         decomposition,
         ..options()
@@ -44,21 +44,21 @@ fn told_apart(decomposition: Decomposition) {
 }
 
 fn by_emitters(emitters: usize) {
-    told_apart(Decomposition {
+    separated(Decomposition {
         emitters: Some(emitters),
         ..Decomposition::default()
     });
 }
 
 fn by_bounces(bounces: u32) {
-    told_apart(Decomposition {
+    separated(Decomposition {
         bounces: Some(bounces),
         ..Decomposition::default()
     });
 }
 
 fn by_length(min: f64, max: f64, count: usize) {
-    told_apart(Decomposition {
+    separated(Decomposition {
         length: Some(Bins { min, max, count }),
         ..Decomposition::default()
     });

@@ -27,7 +27,7 @@ fn learn(brought: impl Fn(DVec3) -> f64) -> AdjointEstimate {
         // Points of a lattice in [-1, 1]³.
         let x = DVec3::new(0.819_172_5, 0.671_043_6, 0.549_700_5) * f64::from(i);
         let x = x.fract() * 2.0 - 1.0;
-        adjoint_training.depart(&start(x), 1.0, tally(0.0, 0.0));
+        adjoint_training.record(&start(x), 1.0, tally(0.0, 0.0));
         adjoint_training.end(tally(brought(x), 1.0));
     }
     adjoint_training.estimate(1.0)

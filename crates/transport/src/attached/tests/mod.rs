@@ -4,7 +4,7 @@
 
 mod replay;
 
-use super::record::{AttachedPath, LegEnd};
+use super::record::{AttachedPath, SegmentEnd};
 use super::{AttachedWalk, IndexPlan, Majorants, check};
 use crate::Spectrum;
 use crate::bsdf::{Bsdf, Dielectric};
@@ -219,14 +219,14 @@ fn compare(setup: Setup) {
         let [Some(a), Some(b), Some(c), Some(d)] = replayed else {
             return;
         };
-        let unit = base.field(path.legs[0].medium).n2(ray.origin);
+        let unit = base.field(path.segments[0].medium).n2(ray.origin);
         let [a, b, c, d] = [a, b, c, d].map(|light| (light * weights).sum() / unit);
         let difference = (4.0 * (d - c) / step - (b - a) / (2.0 * step)) / 3.0;
         let found = plan.by_parameters(&base, &derivative(&base, &plan, path, weights));
         let found: f64 = found.iter().zip(rates(setup)).map(|(a, b)| a * b).sum();
-        for leg in &path.legs {
-            events[0] += usize::from(matches!(leg.end, LegEnd::Scattered(_)));
-            events[1] += usize::from(matches!(leg.end, LegEnd::Crossed(_)));
+        for segment in &path.segments {
+            events[0] += usize::from(matches!(segment.end, SegmentEnd::Scattered(_)));
+            events[1] += usize::from(matches!(segment.end, SegmentEnd::Crossed(_)));
         }
         all.push((found, difference));
     });

@@ -1,7 +1,7 @@
 //! Replay of paths through a changed scene, with the recorded decisions and random numbers.
 
 use super::super::Majorants;
-use super::super::record::{AttachedPath, Crossed, Drawn, LegEnd, Scattering};
+use super::super::record::{AttachedPath, Crossed, SampledChannel, Scattering, SegmentEnd};
 use super::TOLERANCE;
 use crate::Spectrum;
 use crate::bsdf::fresnel;
@@ -29,7 +29,7 @@ impl Replay<'_> {
     /// Returns the contribution of a path in each channel, times n² at the sensor in the recorded
     /// scene. Returns `None` if the path's events differ.
     pub(super) fn of(scene: &Scene, path: &AttachedPath, ray: SensorRay) -> Option<Spectrum> {
-        let medium = path.legs[0].medium;
+        let medium = path.segments[0].medium;
         let found = path.found.as_ref().unwrap();
         let mut replay = Replay {
             scene,
@@ -40,14 +40,14 @@ impl Replay<'_> {
             flight: Flight::default(),
         };
         let mut light = Spectrum::ZERO;
-        for leg in &path.legs {
-            if leg.medium != replay.medium {
+        for segment in &path.segments {
+            if segment.medium != replay.medium {
                 return None;
             }
-            match &leg.end {
-                LegEnd::Scattered(event) => replay.scatter(event, &leg.drawn)?,
-                LegEnd::Crossed(event) => replay.cross(event, &leg.drawn)?,
-                LegEnd::Arrived(_) => {
+            match &segment.end {
+                SegmentEnd::Scattered(event) => replay.scatter(event, &segment.sampled)?,
+                SegmentEnd::Crossed(event) => replay.cross(event, &segment.sampled)?,
+                SegmentEnd::Arrived(_) => {
                     let n2 = scene.field(replay.medium).n2(replay.x);
                     let toward = replay.v.normalize();
                     let (_, sky) = scene.environments().next()?;
@@ -65,7 +65,7 @@ impl Replay<'_> {
 
     /// Returns the factor of a collision at a position, up to a constant: the scattering
     /// coefficient, or for a null collision the extinction missing to the majorant.
-    fn chance(&self, x: DVec3, is_real: bool) -> Spectrum {
+    fn acceptance_ratio(&self, x: DVec3, is_real: bool) -> Spectrum {
         let medium = self.scene.medium(self.medium);
         let (sigma, most) = (medium.extinction(x), self.sigma()[0]);
         if is_real {
@@ -77,9 +77,9 @@ impl Replay<'_> {
 
     /// Updates the weights of channels for a segment that is `longer` than recorded: each channel's
     /// density over the density of all channels.
-    fn weigh(&mut self, drawn: &Drawn, longer: f64) {
+    fn weigh(&mut self, sampled: &SampledChannel, longer: f64) {
         let left = self.sigma().map(|sigma| (-sigma * longer).exp());
-        self.ratio *= left / (drawn.posterior * left).sum();
+        self.ratio *= left / (sampled.posterior * left).sum();
     }
 
     fn fly(&mut self) -> Option<(FlightPoint, Option<FlightIntersection<usize>>)> {
@@ -106,9 +106,9 @@ impl Replay<'_> {
         flown.ok()
     }
 
-    fn scatter(&mut self, event: &Scattering, drawn: &Drawn) -> Option<()> {
+    fn scatter(&mut self, event: &Scattering, sampled: &SampledChannel) -> Option<()> {
         let (end, _) = self.fly()?;
-        let sigma = self.sigma()[drawn.channel];
+        let sigma = self.sigma()[sampled.channel];
         let beyond = event.boundary.as_ref()?;
         let collides = |length: f64| -(-sigma * length).exp_m1();
         let before = collides(beyond.end.length);
@@ -116,11 +116,11 @@ impl Replay<'_> {
         let after = collides(end.length);
         self.ratio *= after / before;
         let length = -(-u * after).ln_1p() / sigma;
-        self.weigh(drawn, length - event.vertex.length);
+        self.weigh(sampled, length - event.vertex.length);
         let field = self.scene.field(self.medium);
         let (vertex, ..) = self.flight.at(field, true, length);
         let is_real = event.onward.is_some();
-        let [now, then] = [vertex.x, event.vertex.x].map(|x| self.chance(x, is_real));
+        let [now, then] = [vertex.x, event.vertex.x].map(|x| self.acceptance_ratio(x, is_real));
         self.ratio *= Spectrum(std::array::from_fn(|c| {
             if then[c] > 0.0 { now[c] / then[c] } else { 0.0 }
         }));
@@ -133,12 +133,12 @@ impl Replay<'_> {
         Some(())
     }
 
-    fn cross(&mut self, event: &Crossed, drawn: &Drawn) -> Option<()> {
+    fn cross(&mut self, event: &Crossed, sampled: &SampledChannel) -> Option<()> {
         let (end, met) = self.fly()?;
         let met = met?;
         let longer = end.length - event.end.length;
-        self.ratio *= (-self.sigma()[drawn.channel] * longer).exp();
-        self.weigh(drawn, longer);
+        self.ratio *= (-self.sigma()[sampled.channel] * longer).exp();
+        self.weigh(sampled, longer);
         let n2 = |medium| (self.scene.field(medium).n2(end.x), DVec3::ZERO);
         let interface = Interface {
             normal: met.normal,

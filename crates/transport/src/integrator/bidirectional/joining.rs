@@ -2,15 +2,15 @@
 //! (docs/theory.md#vertex-merging) of vertices.
 
 use super::merging::Merging;
-use super::paths::Setting;
+use super::paths::StrategyContext;
 use crate::Spectrum;
 use crate::budget::PHOTONS_PER_GATHER;
 use crate::connection_end::{ConnectionEnd, EndSample};
 use crate::emitter::EmittedRay;
 use crate::integrator::Contribution;
 use crate::path::{
-    Connection, ConnectionArcs, ConnectionTarget, Edge, EdgePart, EmittedAlong, EmitterEnd,
-    EndChoice, FoundBranch, FoundPath, Leaves, LightPath, PathEdge, PathLog, PathVertex,
+    BranchPoint, Connection, ConnectionArcs, ConnectionTarget, Edge, EdgePart, EmittedAlong,
+    EmitterEnd, EndChoice, FoundBranch, FoundPath, LightPath, PathEdge, PathLog, PathVertex,
     StrategyKind, Subpath, SubpathEnd, TransportMode, Vertex, Workspace, environment_end,
     gather_in_view, guess,
 };
@@ -33,7 +33,7 @@ pub enum Connections {
 
 /// State of connecting two subpaths.
 pub(crate) struct Joining<'a, L> {
-    pub setting: Setting<'a>,
+    pub context: StrategyContext<'a>,
     pub sampler: &'a mut Sampler,
     pub ws: &'a mut Workspace,
     pub out: &'a mut Vec<Contribution>,
@@ -62,9 +62,9 @@ enum Ends<'a> {
 }
 
 /// Contribution of a connection, with the data from which its factors follow.
-struct Joined<W> {
+struct Connected<W> {
     contribution: Contribution,
-    way: W,
+    connection_log: W,
     /// Start of the ray at the end of the connection, and the directions in which the connection
     /// leaves the vertex and its end.
     origin: DVec3,
@@ -90,11 +90,11 @@ impl<'a> Ends<'a> {
     }
 
     /// Logs the path of the connection.
-    fn tell<L: PathLog>(&self, joined: &Joined<L::Way>, log: &mut L) {
+    fn tell<L: PathLog>(&self, connected: &Connected<L::ConnectionLog>, log: &mut L) {
         let turned = |number: usize, vertex: &'a Vertex, direction: DVec3| {
             Some(SubpathEnd {
                 turn: Some((vertex, direction)),
-                ..SubpathEnd::at(Leaves::Vertex(number))
+                ..SubpathEnd::at(BranchPoint::Vertex(number))
             })
         };
         let (sensor, light, ray) = match *self {
@@ -102,21 +102,21 @@ impl<'a> Ends<'a> {
                 let ray = EmittedRay {
                     emitter: end.emitter,
                     end: end.sampled.end,
-                    x: joined.origin,
-                    direction: joined.emission,
+                    x: connected.origin,
+                    direction: connected.emission,
                 };
-                (turned(i, z, joined.direction), None, Some(ray))
+                (turned(i, z, connected.direction), None, Some(ray))
             }
-            Ends::Sensed { j, y } => (None, turned(j, y, joined.direction), None),
+            Ends::Sensed { j, y } => (None, turned(j, y, connected.direction), None),
             Ends::Joined { i, z, j, y } => {
-                let sensor = turned(i, z, joined.direction);
-                (sensor, turned(j, y, joined.emission), None)
+                let sensor = turned(i, z, connected.direction);
+                (sensor, turned(j, y, connected.emission), None)
             }
         };
         log.contribute(&FoundPath {
             sensor,
             light,
-            way: Some(&joined.way),
+            connection_log: Some(&connected.connection_log),
             ray: ray.as_ref(),
         });
     }
@@ -152,8 +152,8 @@ impl<L: PathLog> Joining<'_, L> {
         for i in 0..sensor.vertices.len() {
             let vertices = &sensor.vertices[..=i];
             match connections {
-                Connections::All => self.joined_to_all(vertices, light),
-                Connections::Resampled => self.joined_to_one(vertices, light),
+                Connections::All => self.connected_to_all(vertices, light),
+                Connections::Resampled => self.connected_to_one(vertices, light),
             }
         }
         self.ws.strategy_work.joined += spent(self.ws);
@@ -161,7 +161,7 @@ impl<L: PathLog> Joining<'_, L> {
 
     /// Adds emitters that the sensor subpath hit (s = 0).
     pub(crate) fn hits(&mut self, sensor: &Subpath) {
-        let (setting, scene) = (self.setting, self.setting.scene);
+        let (context, scene) = (self.context, self.context.scene);
         // Add emitters on surfaces, which end the path at a vertex.
         for i in 0..sensor.vertices.len() {
             let z = &sensor.vertices[i];
@@ -179,7 +179,7 @@ impl<L: PathLog> Joining<'_, L> {
                     x: z.vertex.position(),
                     direction: z.edge.back,
                 };
-                let found = setting.hit(vertices, index, &end, radiance, discovery);
+                let found = context.hit(vertices, index, &end, radiance, discovery);
                 self.hit(i, ray, found);
             }
         }
@@ -196,7 +196,7 @@ impl<L: PathLog> Joining<'_, L> {
             let i = sensor.vertices.len();
             let discovery = self.discovery(sensor, i, &escape.edge, index, &end.end);
             let radiance = environment.radiance(toward);
-            let found = setting.escaped(sensor, escape, index, &end, radiance, discovery);
+            let found = context.escaped(sensor, escape, index, &end, radiance, discovery);
             let ray = EmittedRay {
                 emitter: index,
                 end: end.end,
@@ -212,9 +212,9 @@ impl<L: PathLog> Joining<'_, L> {
     fn hit(&mut self, edge: usize, ray: EmittedRay, found: Option<Contribution>) {
         let Some(found) = found else { return };
         self.log.contribute(&FoundPath {
-            sensor: Some(SubpathEnd::at(Leaves::Vertex(edge))),
+            sensor: Some(SubpathEnd::at(BranchPoint::Vertex(edge))),
             light: None,
-            way: None,
+            connection_log: None,
             ray: Some(&ray),
         });
         self.out.push(found);
@@ -222,14 +222,14 @@ impl<L: PathLog> Joining<'_, L> {
 
     /// Adds volumes that emit in view of the sensor, which no strategy with s > 0 finds.
     fn in_view(&mut self, sensor: &Subpath) {
-        let (setting, start) = (self.setting, sensor.start);
+        let (context, start) = (self.context, sensor.start);
         let (out, log) = (&mut *self.out, &mut *self.log);
-        let n = setting.scene.n(start.medium, start.x);
-        let white = setting.channel_pdf.map(|p| f64::from(u8::from(p > 0.0)));
-        let (scene, channel_pdf) = (setting.scene, setting.channel_pdf);
+        let n = context.scene.n(start.medium, start.x);
+        let white = context.channel_pdf.map(|p| f64::from(u8::from(p > 0.0)));
+        let (scene, channel_pdf) = (context.scene, context.channel_pdf);
         let found = |along: EmittedAlong, passed: &[Edge], last: &Edge| {
             let value = along.light * white * (n * n);
-            if let Some(found) = setting.seen(&along, value) {
+            if let Some(found) = context.seen(&along, value) {
                 let ray = EmittedRay::within(along.emitter, along.x);
                 let part = EdgePart {
                     edge: last,
@@ -240,10 +240,10 @@ impl<L: PathLog> Joining<'_, L> {
                     sensor: Some(SubpathEnd {
                         passed,
                         part: Some(part),
-                        ..SubpathEnd::at(Leaves::Start)
+                        ..SubpathEnd::at(BranchPoint::Start)
                     }),
                     light: None,
-                    way: None,
+                    connection_log: None,
                     ray: Some(&ray),
                 });
                 out.push(found);
@@ -262,7 +262,7 @@ impl<L: PathLog> Joining<'_, L> {
         index: usize,
         end: &ConnectionEnd,
     ) -> f64 {
-        let scene = self.setting.scene;
+        let scene = self.context.scene;
         // Only hits find an emitter in view.
         if i == 0 || path_edge.discovery == 0.0 {
             return 0.0;
@@ -288,13 +288,13 @@ impl<L: PathLog> Joining<'_, L> {
             return;
         };
         self.sampler.at_edge(before.len());
-        let (setting, scene) = (self.setting, self.setting.scene);
+        let (context, scene) = (self.context, self.context.scene);
         if z.vertex.is_black(scene) {
             return;
         }
         // Choose an emitter of each class, and a point on it, by an estimate of the contribution.
         let receiver = z.vertex.receiver(scene);
-        let used = setting.rates.direct;
+        let used = context.rates.direct;
         for (i, class) in scene.classes().enumerate() {
             let (u, place) = self.sampler.next_end(i);
             if !self.uses(used) {
@@ -317,45 +317,45 @@ impl<L: PathLog> Joining<'_, L> {
                 end: &end,
             };
             self.connection(ends, &target, used, |connection| {
-                setting.direct(vertices, connection, &end)
+                context.direct(vertices, connection, &end)
             });
         }
     }
 
     /// Connects vertex `j` of an emitter subpath to the sensor (t = 1).
     pub(crate) fn sensed(&mut self, light: &LightPath, j: usize) {
-        let setting = self.setting;
-        if !self.uses(setting.rates.sensed) {
+        let context = self.context;
+        if !self.uses(context.rates.sensed) {
             return;
         }
-        let sampled = setting.scene.sensor().sample_end(self.sampler.next_2d());
-        let target = ConnectionTarget::sensor(setting.scene, sampled.end);
+        let sampled = context.scene.sensor().sample_end(self.sampler.next_2d());
+        let target = ConnectionTarget::sensor(context.scene, sampled.end);
         let y = &light.subpath.vertices[j].vertex;
-        let used = setting.rates.of(StrategyKind::Sensed);
+        let used = context.rates.of(StrategyKind::Sensed);
         self.connection(Ends::Sensed { j, y }, &target, used, |connection| {
-            setting.sensed(light, j, connection)
+            context.sensed(light, j, connection)
         });
     }
 
     /// Connects the last sensor vertex to every vertex of an emitter subpath.
-    fn joined_to_all(&mut self, vertices: &[PathVertex], light: &LightPath) {
+    fn connected_to_all(&mut self, vertices: &[PathVertex], light: &LightPath) {
         for j in 0..light.subpath.vertices.len() {
-            if self.uses(self.setting.rates.joined) {
-                self.joined(vertices, light, j, 1.0);
+            if self.uses(self.context.rates.joined) {
+                self.connected(vertices, light, j, 1.0);
             }
         }
     }
 
     /// Connects the last sensor vertex to one vertex of an emitter subpath, chosen in proportion to
     /// an estimate of the contribution. A connection takes several rays, an estimate takes none.
-    fn joined_to_one(&mut self, vertices: &[PathVertex], light: &LightPath) {
+    fn connected_to_one(&mut self, vertices: &[PathVertex], light: &LightPath) {
         let (Some(z), u) = (vertices.last(), self.sampler.next_1d()) else {
             return;
         };
-        if !self.uses(self.setting.rates.joined) {
+        if !self.uses(self.context.rates.joined) {
             return;
         }
-        let scene = self.setting.scene;
+        let scene = self.context.scene;
         // Choose y among the emitter vertices by these estimates.
         let guesses = light.subpath.vertices.iter().map(|y| guess(scene, z, y));
         let guesses: Vec<f64> = guesses.collect();
@@ -364,20 +364,20 @@ impl<L: PathLog> Joining<'_, L> {
         };
         // Connect to y, and divide by the probability of the choice.
         let pick = choice.sample(u);
-        self.joined(vertices, light, pick.index, pick.probability);
+        self.connected(vertices, light, pick.index, pick.probability);
     }
 
     /// Connects the last sensor vertex to vertex `j` of an emitter subpath, given the probability
     /// `chosen` with which this pair was chosen.
-    fn joined(&mut self, vertices: &[PathVertex], light: &LightPath, j: usize, chosen: f64) {
+    fn connected(&mut self, vertices: &[PathVertex], light: &LightPath, j: usize, chosen: f64) {
         let Some(z) = vertices.last() else { return };
-        let setting = self.setting;
+        let context = self.context;
         let y = &light.subpath.vertices[j];
-        if z.depth.saturating_add(y.depth) >= setting.max_depth {
+        if z.depth.saturating_add(y.depth) >= context.max_depth {
             return;
         }
         let target = ConnectionTarget::vertex(&y.vertex);
-        let used = chosen * setting.rates.of(StrategyKind::Joined);
+        let used = chosen * context.rates.of(StrategyKind::Joined);
         let ends = Ends::Joined {
             i: vertices.len() - 1,
             z: &z.vertex,
@@ -385,16 +385,16 @@ impl<L: PathLog> Joining<'_, L> {
             y: &y.vertex,
         };
         self.connection(ends, &target, used, |connection| {
-            setting.joined(vertices, light, j, connection)
+            context.connected(vertices, light, j, connection)
         });
     }
 
     /// Merges the last sensor vertex with all close vertices of light subpaths.
     pub(crate) fn merged(&mut self, vertices: &[PathVertex], merging: &Merging) {
-        let (Some(z), setting) = (vertices.last(), self.setting) else {
+        let (Some(z), context) = (vertices.last(), self.context) else {
             return;
         };
-        if z.vertex.is_black(setting.scene) || z.throughput.is_zero() {
+        if z.vertex.is_black(context.scene) || z.throughput.is_zero() {
             return;
         }
         let (x, kernel) = (z.vertex.position(), merging.kernel(&z.vertex));
@@ -417,7 +417,7 @@ impl<L: PathLog> Joining<'_, L> {
                     return;
                 };
                 let light = merging.light.path(photon.path);
-                let Some(found) = light.and_then(|light| setting.merged(vertices, light, photon))
+                let Some(found) = light.and_then(|light| context.merged(vertices, light, photon))
                 else {
                     return;
                 };
@@ -445,11 +445,11 @@ impl<L: PathLog> Joining<'_, L> {
         probability: f64,
         evaluate: impl Fn(&Connection) -> Option<Contribution>,
     ) {
-        let (scene, log) = (self.setting.scene, &mut *self.log);
+        let (scene, log) = (self.context.scene, &mut *self.log);
         let evaluate = |connection: &Connection, arcs: ConnectionArcs| {
-            evaluate(connection).map(|contribution| Joined {
+            evaluate(connection).map(|contribution| Connected {
                 contribution,
-                way: log.way(ends.mode(), ends.vertex(), arcs),
+                connection_log: log.log_connection(ends.mode(), ends.vertex(), arcs),
                 origin: connection.origin,
                 direction: connection.direction,
                 emission: connection.emission,
@@ -457,9 +457,9 @@ impl<L: PathLog> Joining<'_, L> {
         };
         let (sampler, ws) = (&mut *self.sampler, &mut *self.ws);
         let found = Connection::each_with_arcs(scene, ends.vertex(), target, sampler, ws, evaluate);
-        for (joined, weight) in found {
-            ends.tell(&joined, self.log);
-            let contribution = joined.contribution;
+        for (connected, weight) in found {
+            ends.tell(&connected, self.log);
+            let contribution = connected.contribution;
             self.out.push(Contribution {
                 value: contribution.value * (weight / probability),
                 ..contribution

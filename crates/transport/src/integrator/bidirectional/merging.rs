@@ -8,7 +8,7 @@
 
 use crate::film::Decomposition;
 use crate::path::{LightPath, PathVertex, Vertex};
-use crate::photons::{Followed, Kernel, LightPaths, PhotonMap, Radii, landed};
+use crate::photons::{Followed, Kernel, LightPaths, PhotonMap, Radii, stored};
 
 /// Factor on the density of merging in MIS weights, for each photon. Any value is consistent. The
 /// weights assume that each photon is an independent sample, as in a connection. A value below one
@@ -44,7 +44,7 @@ impl LightMap {
         let numbered = by_number.iter().enumerate();
         let numbered = numbered.filter_map(|(path, light)| Some((path, light.as_ref()?)));
         let photons =
-            numbered.flat_map(|(path, light)| landed(paths.scene, light, path, paths.count));
+            numbered.flat_map(|(path, light)| stored(paths.scene, light, path, paths.count));
         let map = LightMap {
             photons: PhotonMap::of(photons),
             paths: by_number,

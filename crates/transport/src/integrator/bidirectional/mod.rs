@@ -10,5 +10,5 @@ pub use joining::Connections;
 pub(crate) use joining::Joining;
 pub(super) use merging::MergeContents;
 pub(crate) use merging::{LightMap, Merging};
-pub(super) use paths::Setting;
+pub(super) use paths::StrategyContext;
 pub use weight::Heuristic;

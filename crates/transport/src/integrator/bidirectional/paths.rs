@@ -17,7 +17,7 @@ use glam::DVec3;
 
 /// Data shared by all paths of a sample.
 #[derive(Clone, Copy)]
-pub(crate) struct Setting<'a> {
+pub(crate) struct StrategyContext<'a> {
     pub scene: &'a Scene,
     pub channel_pdf: Spectrum,
     pub heuristic: Heuristic,
@@ -51,7 +51,7 @@ struct Sampled {
     emitter: usize,
 }
 
-impl Setting<'_> {
+impl StrategyContext<'_> {
     /// Returns the contribution of an emitter that the sensor subpath hit at its last vertex. `end`
     /// describes the point on the emitter, with a density that includes the probability of the
     /// emitter. `discovery` is the probability that connections discover the last edge.
@@ -143,12 +143,12 @@ impl Setting<'_> {
             );
             path_edge.geometry.density(pdf, path_edge.n_before) * event
         });
-        let favour = |b: &PathVertex| self.favour_of_chance(&b.vertex, index);
+        let ratio = |b: &PathVertex| self.hit_strategy_ratio(&b.vertex, index);
         let mut path = self.sensor_side(vertices, before);
         path.push(Density {
             from_sensor: last.forward,
             from_emitter: end.pdf,
-            discovery: discovery * vertices.last().map_or(1.0, favour),
+            discovery: discovery * vertices.last().map_or(1.0, ratio),
             merging: 0.0,
         });
         let sampled = Sampled {
@@ -185,7 +185,7 @@ impl Setting<'_> {
         // List the densities of x₁ … x_k. Two of them follow from the emitter's end and its ray.
         let around = self.scene.around();
         let emission = emitter.pdf_emit(around, &end.end, connection.origin, connection.emission);
-        let mut path = self.joint(vertices, connection, emission);
+        let mut path = self.connected_densities(vertices, connection, emission);
         let event =
             cosine(&end.end, connection.emission) * connection.geometry.survival(self.channel_pdf);
         let pdf = z.vertex.pdf(self.scene, connection.direction);
@@ -196,8 +196,9 @@ impl Setting<'_> {
             // Planted error "one strategy does not count the candidates of its end", found by morgana-transport/transport::resampled_ends::bidirectional_furnaces:
             // discovery: connection.discovery * chosen.probability / self.scene.source_probability(index),
             // Planted error "discovery of rare branches ignored in one strategy", found by morgana-transport/transport::furnace::bidirectional_estimators:
-            // discovery: 0.0 * self.favour(&z.vertex, chosen.probability, index),
-            discovery: connection.discovery * self.favour(&z.vertex, chosen.probability, index),
+            // discovery: 0.0 * self.strategy_ratio(&z.vertex, chosen.probability, index),
+            discovery: connection.discovery
+                * self.strategy_ratio(&z.vertex, chosen.probability, index),
             merging: 0.0,
         });
         let sampled = Sampled {
@@ -222,22 +223,22 @@ impl Setting<'_> {
     /// Returns the ratio of two densities of an end at `emitter`: by connections of a vertex, which
     /// choose the emitter with `probability`, and by light subpaths. Connections make strategy s =
     /// 1, light subpaths all strategies with s > 1.
-    fn favour(&self, vertex: &Vertex, probability: f64, emitter: usize) -> f64 {
+    fn strategy_ratio(&self, vertex: &Vertex, probability: f64, emitter: usize) -> f64 {
         let class = self.scene.emitters()[emitter].class();
         let samples = Resampling::of(self.scene, class, vertex).samples;
         samples * probability / self.scene.source_probability(emitter)
     }
 
-    /// Returns the ratio of [`Self::favour`] for an end that no connection has chosen.
-    fn favour_of_chance(&self, vertex: &Vertex, emitter: usize) -> f64 {
+    /// Returns the ratio of [`Self::strategy_ratio`] for an end that no connection has chosen.
+    fn hit_strategy_ratio(&self, vertex: &Vertex, emitter: usize) -> f64 {
         let receiver = vertex.receiver(self.scene);
         let probability = self.scene.emitter_probability(emitter, &receiver);
-        self.favour(vertex, probability, emitter)
+        self.strategy_ratio(vertex, probability, emitter)
     }
 
     /// Returns the contribution of a connection from the last sensor vertex to vertex `j` of an
     /// emitter subpath.
-    pub(crate) fn joined(
+    pub(crate) fn connected(
         &self,
         vertices: &[PathVertex],
         light: &LightPath,
@@ -254,7 +255,7 @@ impl Setting<'_> {
         let value = z.throughput * scattered * y.throughput * connection.transmittance();
         // List the densities: the sensor's vertices up to z, then the emitter's from y.
         let from_y = y.vertex.pdf(self.scene, connection.emission);
-        let mut path = self.joint(vertices, connection, from_y);
+        let mut path = self.connected_densities(vertices, connection, from_y);
         let from_z = z.vertex.pdf(self.scene, connection.direction);
         let event = y.vertex.event(
             self.scene,
@@ -417,7 +418,12 @@ impl Setting<'_> {
 
     /// Returns the densities of the vertices from the sensor up to a connected vertex. `pdf` is the
     /// density with which the other end samples the direction of the connection.
-    fn joint(&self, vertices: &[PathVertex], connection: &Connection, pdf: f64) -> Vec<Density> {
+    fn connected_densities(
+        &self,
+        vertices: &[PathVertex],
+        connection: &Connection,
+        pdf: f64,
+    ) -> Vec<Density> {
         let Some((z, before)) = vertices.split_last() else {
             return Vec::new();
         };
@@ -501,7 +507,7 @@ impl Setting<'_> {
         };
         // Planted error "light subpaths do not know how often connections find their end", found by morgana-transport/transport::agreement::surfaces::shining_pictures:
         // let _ = from;
-        discovery *= self.favour_of_chance(&vertices[0].vertex.seen_from(from), light.emitter);
+        discovery *= self.hit_strategy_ratio(&vertices[0].vertex.seen_from(from), light.emitter);
         path.push(Density {
             from_sensor: if delta { 0.0 } else { by_chance * cosine },
             from_emitter: light.density,

@@ -188,7 +188,7 @@ impl<L: PathLog> Tracing<'_, L> {
         end: &EmitterEnd,
         rate: f64,
         budget: u32,
-    ) -> Weighted<Light<L::Way>> {
+    ) -> Weighted<Light<L::ConnectionLog>> {
         let (scene, index, sampled) = (self.scene, end.emitter, end.sampled);
         let emitter = &scene.emitters()[index];
         let next_event = NextEvent {
@@ -223,7 +223,7 @@ impl<L: PathLog> Tracing<'_, L> {
                         x: start,
                         direction: leaves,
                     },
-                    way: log.way(TransportMode::Radiance, vertex, arcs),
+                    connection_log: log.log_connection(TransportMode::Radiance, vertex, arcs),
                     events: connection.geometry.events,
                     optical_length: connection.optical_length - behind,
                 })

@@ -24,7 +24,7 @@ impl PathTracer {
             // next.throughput *= 1.0;
             next.throughput *= 1.0 / survival;
         }
-        t.depart(next);
+        t.record(next);
         true
     }
 
@@ -48,10 +48,10 @@ impl PathTracer {
 
 impl<L: PathLog> Tracing<'_, L> {
     /// Records a path that continues for a pilot.
-    fn depart(&mut self, next: &Next) {
+    fn record(&mut self, next: &Next) {
         let tally = self.tally();
         if let (Some(adjoint_training), Some(tally)) = (&mut self.ws.adjoint_training, tally) {
-            adjoint_training.depart(&next.start, next.throughput.sum(), tally);
+            adjoint_training.record(&next.start, next.throughput.sum(), tally);
         }
     }
 

@@ -137,8 +137,8 @@ fn along(grid: &VolumeGrid, arc: &Arc, theta: f64, mut see: impl FnMut(usize, f6
         let at = theta * i as f64 / pieces;
         let (next, until) = (arc.position(at), arc.arc_length(at));
         let chord = Arc::line(x, next - x, 1.0);
-        let stretch = (until - length) / chord.arc_length(1.0);
-        Section::new(grid, 1.0, &chord).weights(1.0, |voxel, part| see(voxel, part * stretch));
+        let segment = (until - length) / chord.arc_length(1.0);
+        Section::new(grid, 1.0, &chord).weights(1.0, |voxel, part| see(voxel, part * segment));
         (x, length) = (next, until);
     }
 }

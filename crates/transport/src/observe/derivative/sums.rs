@@ -1,7 +1,7 @@
 //! Sums of derivatives, parameter by parameter.
 
 use super::Plan;
-use super::tape::{EdgeEvent, Factor, Place, Stretch, Tape};
+use super::tape::{EdgeEvent, Factor, Place, Segment, Tape};
 use crate::Spectrum;
 use crate::bsdf::{BsdfEvent, Surface};
 use crate::emitter::{EmittedRay, Emitter};
@@ -47,13 +47,13 @@ impl<'a> Sums<'a> {
             all += value;
             places.iter().for_each(|p| worth[p.number()] += value);
         }
-        for (i, noted) in tape.factors.iter().enumerate().rev() {
+        for (i, placed) in tape.factors.iter().enumerate().rev() {
             let onward = worth[Place::after(i).number()];
             if !onward.is_zero() {
                 // Planted error "derivatives of light that is found later left out", found by morgana-transport/transport::derivatives::media::derivatives_are_differences_where_rays_are_straight:
                 // (no line)
-                worth[noted.before.number()] += onward;
-                self.factor(&noted.factor, onward);
+                worth[placed.before.number()] += onward;
+                self.factor(&placed.factor, onward);
             }
         }
         if let Some(start) = self.plan.exposure {
@@ -94,7 +94,7 @@ impl<'a> Sums<'a> {
     /// contributions after the factor.
     fn factor(&mut self, factor: &Factor, worth: Spectrum) {
         match factor {
-            Factor::Attenuation(stretch) => self.attenuation(stretch, worth),
+            Factor::Attenuation(segment) => self.attenuation(segment, worth),
             Factor::Scattering { medium, x } => self.scattering(*medium, *x, worth),
             Factor::Phase { medium, x, cos } => self.phase(*medium, *x, *cos, worth),
             Factor::Surface {
@@ -103,10 +103,10 @@ impl<'a> Sums<'a> {
                 event,
             } => self.surface(*object, surface, event, worth),
             Factor::EdgeEvent(edge_event) => self.edge_event(edge_event, worth),
-            Factor::Connection { stretch, bounded } => {
-                self.attenuation(stretch, worth);
+            Factor::Connection { segment, bounded } => {
+                self.attenuation(segment, worth);
                 if self.plan.has_panes {
-                    self.panes(stretch, *bounded, worth);
+                    self.panes(segment, *bounded, worth);
                 }
             }
             Factor::Emission(ray) => self.emission(ray, worth),
@@ -114,13 +114,13 @@ impl<'a> Sums<'a> {
     }
 
     /// Adds ∂ log e^−∫σ_t ds = −∫∂σ_t ds.
-    fn attenuation(&mut self, stretch: &Stretch, worth: Spectrum) {
+    fn attenuation(&mut self, segment: &Segment, worth: Spectrum) {
         let plan: &'a Plan = self.plan;
-        let plan = &plan.media[stretch.medium];
+        let plan = &plan.media[segment.medium];
         let Some(start) = plan.attenuation else {
             return;
         };
-        let (arc, theta) = (&stretch.arc, stretch.theta);
+        let (arc, theta) = (&segment.arc, segment.theta);
         if self.plan.channels > 1 {
             return plan.chart.along(arc, theta, |i, length| {
                 self.put(start, i, worth * -length);
@@ -187,7 +187,7 @@ impl<'a> Sums<'a> {
         if plan.objects[object].is_empty() {
             return;
         }
-        let hit = scene.hit(object, &edge_event.meeting);
+        let hit = scene.hit(object, &edge_event.intersection);
         let surface = surface_at(scene, object, &hit, edge_event.medium);
         let event = BsdfEvent {
             toward: -edge_event.from,
@@ -199,19 +199,19 @@ impl<'a> Sums<'a> {
 
     /// Adds ∂ log f of the panes and filters along an arc of a connection, and of the boundary at
     /// its end.
-    fn panes(&mut self, stretch: &Stretch, bounded: bool, worth: Spectrum) {
-        let Stretch { medium, arc, theta } = stretch;
+    fn panes(&mut self, segment: &Segment, bounded: bool, worth: Spectrum) {
+        let Segment { medium, arc, theta } = segment;
         let boundary = bounded.then(|| self.scene.first_boundary(arc, None));
         let within = self.scene.filters_along(arc, *theta);
         // Planted error "boundaries of panes that connections pass left out of derivatives", found by morgana-transport/transport::derivatives::colours::derivatives_by_the_colours_of_what_light_passes_are_differences:
-        // for (object, meeting) in within.into_iter().chain(boundary.flatten().filter(|_| false)) {
+        // for (object, intersection) in within.into_iter().chain(boundary.flatten().filter(|_| false)) {
         // Planted error "panes that connections pass left out of derivatives", found by morgana-transport/transport::derivatives::colours::derivatives_by_the_colours_of_what_light_passes_are_differences:
-        // for (object, meeting) in within.into_iter().take(0).chain(boundary.flatten()) {
-        for (object, meeting) in within.into_iter().chain(boundary.flatten()) {
-            let along = arc.velocity(meeting.theta).normalize();
+        // for (object, intersection) in within.into_iter().take(0).chain(boundary.flatten()) {
+        for (object, intersection) in within.into_iter().chain(boundary.flatten()) {
+            let along = arc.velocity(intersection.theta).normalize();
             let edge_event = EdgeEvent {
                 object,
-                meeting,
+                intersection,
                 medium: *medium,
                 from: along,
                 to: along,

@@ -19,7 +19,7 @@ use smallvec::SmallVec;
 #[derive(Clone, Debug)]
 pub(crate) enum Factor {
     /// Attenuation e^−∫σ_t ds along a segment.
-    Attenuation(Stretch),
+    Attenuation(Segment),
     /// Scattering coefficient σ_s at a collision.
     Scattering { medium: MediumId, x: DVec3 },
     /// Phase function at a position, at the cosine of the scattering angle.
@@ -38,7 +38,7 @@ pub(crate) enum Factor {
     EdgeEvent(EdgeEvent),
     /// Arc of a connection: attenuation, and the factors of panes and filters that light passes.
     Connection {
-        stretch: Stretch,
+        segment: Segment,
         /// True if the arc ends at a boundary between media.
         bounded: bool,
     },
@@ -48,7 +48,7 @@ pub(crate) enum Factor {
 
 /// Segment within one medium: an arc up to θ.
 #[derive(Clone, Debug)]
-pub(crate) struct Stretch {
+pub(crate) struct Segment {
     pub medium: MediumId,
     pub arc: Arc,
     pub theta: f64,
@@ -58,7 +58,7 @@ pub(crate) struct Stretch {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EdgeEvent {
     pub object: usize,
-    pub meeting: Intersection,
+    pub intersection: Intersection,
     /// Medium through which light arrives.
     pub medium: MediumId,
     /// Unit direction before the surface; `to` is the direction after it.
@@ -69,10 +69,10 @@ pub(crate) struct EdgeEvent {
 impl EdgeEvent {
     /// Returns the event between one arc of an edge and the next, if they meet at a surface.
     fn between(span: &Span, next: &Span) -> Option<Self> {
-        let (object, meeting) = span.surface?;
+        let (object, intersection) = span.surface?;
         Some(EdgeEvent {
             object,
-            meeting,
+            intersection,
             medium: span.medium,
             from: span.arc.velocity(span.theta_end).normalize(),
             to: next.arc.velocity(0.0).normalize(),
@@ -101,7 +101,7 @@ impl Place {
 
 /// Factor with the node that precedes it.
 #[derive(Clone, Debug)]
-pub(super) struct Noted {
+pub(super) struct PlacedFactor {
     pub factor: Factor,
     pub before: Place,
 }
@@ -110,13 +110,13 @@ pub(super) struct Noted {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tape {
     /// Factors. Each follows an earlier one, or the start.
-    pub(super) factors: Vec<Noted>,
+    pub(super) factors: Vec<PlacedFactor>,
     /// Nodes of each contribution: one node, or one of each of two subpaths.
     pub(super) kept: Vec<[Place; 2]>,
     /// Current node of a particle's path.
     trunk: Place,
     /// Node after the factors that only the next contribution has.
-    aside: Option<Place>,
+    branch: Option<Place>,
 }
 
 impl Tape {
@@ -127,13 +127,13 @@ impl Tape {
 
     /// Extends the path along an arc up to θ.
     pub(crate) fn fly(&mut self, medium: MediumId, arc: &Arc, theta: f64) {
-        self.trunk = self.stretch(self.trunk, medium, arc, theta);
+        self.trunk = self.segment(self.trunk, medium, arc, theta);
     }
 
     /// Adds an arc up to θ to the next contribution only.
-    pub(crate) fn aside_fly(&mut self, medium: MediumId, arc: &Arc, theta: f64) {
-        let from = self.aside.unwrap_or(self.trunk);
-        self.aside = Some(self.stretch(from, medium, arc, theta));
+    pub(crate) fn branch_fly(&mut self, medium: MediumId, arc: &Arc, theta: f64) {
+        let from = self.branch.unwrap_or(self.trunk);
+        self.branch = Some(self.segment(from, medium, arc, theta));
     }
 
     /// Passes or reflects the path at a surface between two arcs of an edge.
@@ -154,7 +154,7 @@ impl Tape {
 
     /// Records a contribution of the path.
     pub(crate) fn keep(&mut self) {
-        let place = self.aside.take().unwrap_or(self.trunk);
+        let place = self.branch.take().unwrap_or(self.trunk);
         self.kept.push([place, Place::START]);
     }
 
@@ -162,18 +162,18 @@ impl Tape {
     pub(crate) fn clear(&mut self) {
         self.factors.clear();
         self.kept.clear();
-        (self.trunk, self.aside) = (Place::START, None);
+        (self.trunk, self.branch) = (Place::START, None);
     }
 
     /// Adds a factor after a node. Returns the node after the factor.
     fn push(&mut self, before: Place, factor: Factor) -> Place {
-        self.factors.push(Noted { factor, before });
+        self.factors.push(PlacedFactor { factor, before });
         Place::after(self.factors.len() - 1)
     }
 
-    fn stretch(&mut self, from: Place, medium: MediumId, arc: &Arc, theta: f64) -> Place {
+    fn segment(&mut self, from: Place, medium: MediumId, arc: &Arc, theta: f64) -> Place {
         let arc = *arc;
-        self.push(from, Factor::Attenuation(Stretch { medium, arc, theta }))
+        self.push(from, Factor::Attenuation(Segment { medium, arc, theta }))
     }
 
     fn edge_event(&mut self, from: Place, span: &Span, next: &Span) -> Place {
@@ -185,8 +185,9 @@ impl Tape {
         }
     }
 
-    fn connected(&mut self, from: Place, way: &[Factor]) -> Place {
-        way.iter()
+    fn connected(&mut self, from: Place, connection_log: &[Factor]) -> Place {
+        connection_log
+            .iter()
             .cloned()
             // Planted error "connections that do not attenuate in derivatives", found by morgana-transport/transport::derivatives::media::derivatives_are_differences_where_rays_are_straight:
             // .take(0).fold(from, |place, factor| self.push(place, factor))
@@ -205,7 +206,7 @@ impl Tape {
     fn spans(&mut self, from: Place, spans: &[Span]) -> Place {
         let mut place = from;
         for (i, span) in spans.iter().enumerate() {
-            place = self.stretch(place, span.medium, &span.arc, span.theta_end);
+            place = self.segment(place, span.medium, &span.arc, span.theta_end);
             if let Some(next) = spans.get(i + 1) {
                 place = self.edge_event(place, span, next);
             }
@@ -240,13 +241,13 @@ impl Tape {
             place = self.edge_event(place, &edge.spans[before], span);
         }
         let theta = span.theta_at_length(length - span.length_before);
-        self.stretch(place, span.medium, &span.arc, theta)
+        self.segment(place, span.medium, &span.arc, theta)
     }
 }
 
 impl Fold for Tape {
     type State = Place;
-    type Way = SmallVec<[Factor; 1]>;
+    type ConnectionLog = SmallVec<[Factor; 1]>;
     const NEEDS_SPANS: bool = true;
     const NEEDS_PARTS: bool = false;
 
@@ -285,15 +286,20 @@ impl Fold for Tape {
         *place = self.push(*place, turned(mode, vertex, direction, specular));
     }
 
-    fn way(&mut self, _mode: TransportMode, _vertex: &Vertex, arcs: ConnectionArcs) -> Self::Way {
-        way(arcs)
+    fn log_connection(
+        &mut self,
+        _mode: TransportMode,
+        _vertex: &Vertex,
+        arcs: ConnectionArcs,
+    ) -> Self::ConnectionLog {
+        connection_log(arcs)
     }
 
-    fn contribute(&mut self, path: FoldedPath<Place, Self::Way>) {
+    fn contribute(&mut self, path: FoldedPath<Place, Self::ConnectionLog>) {
         let end = |end: Option<FoldedEnd<Place>>| end.map_or(Place::START, |end| end.state);
         let mut place = end(path.sensor);
-        if let Some(way) = path.way {
-            place = self.connected(place, way);
+        if let Some(connection_log) = path.connection_log {
+            place = self.connected(place, connection_log);
         }
         if let Some(ray) = path.ray {
             place = self.push(place, Factor::Emission(*ray));
@@ -305,9 +311,9 @@ impl Fold for Tape {
 }
 
 /// Returns the factors of a connection.
-fn way(arcs: ConnectionArcs) -> SmallVec<[Factor; 1]> {
+fn connection_log(arcs: ConnectionArcs) -> SmallVec<[Factor; 1]> {
     let arc_of = |medium, arc: &Arc, theta, bounded| Factor::Connection {
-        stretch: Stretch {
+        segment: Segment {
             medium,
             arc: *arc,
             theta,
@@ -321,16 +327,16 @@ fn way(arcs: ConnectionArcs) -> SmallVec<[Factor; 1]> {
                 .collect()
         }
         ConnectionArcs::Ray(pieces) => {
-            let mut way = SmallVec::new();
+            let mut connection_log = SmallVec::new();
             for piece in pieces {
                 let passes = |event: &Event| event.rule == Rule::Pass;
                 let bounded = piece.event.as_ref().is_some_and(passes);
-                way.push(arc_of(piece.region, &piece.arc, piece.theta_end, bounded));
+                connection_log.push(arc_of(piece.region, &piece.arc, piece.theta_end, bounded));
                 // Planted error "glass that connections pass left out of derivatives", found by morgana-transport/transport::derivatives::colours::light_through_glass_is_in_proportion_to_its_colour:
-                // way.extend(piece.event.as_ref().filter(|_| false).map(interface));
-                way.extend(piece.event.as_ref().filter(|e| !passes(e)).map(interface));
+                // connection_log.extend(piece.event.as_ref().filter(|_| false).map(interface));
+                connection_log.extend(piece.event.as_ref().filter(|e| !passes(e)).map(interface));
             }
-            way
+            connection_log
         }
     }
 }

@@ -8,7 +8,7 @@ pub(super) struct Copies<S> {
     pub current: S,
     waiting: Vec<S>,
     /// True if the current copy continues; otherwise a waiting copy is next.
-    goes_on: bool,
+    continues: bool,
 }
 
 impl<S: Clone> Copies<S> {
@@ -16,7 +16,7 @@ impl<S: Clone> Copies<S> {
         Copies {
             current,
             waiting: Vec::new(),
-            goes_on: false,
+            continues: false,
         }
     }
 
@@ -24,27 +24,27 @@ impl<S: Clone> Copies<S> {
     pub(super) fn start(&mut self, reset: impl FnOnce(&mut S)) {
         self.waiting.clear();
         reset(&mut self.current);
-        self.goes_on = true;
+        self.continues = true;
     }
 
     /// Continues with the next copy, along its next edge. Returns true if it is the copy that was
     /// followed before.
     pub(super) fn resume(&mut self) -> bool {
-        let goes_on = std::mem::take(&mut self.goes_on);
+        let continues = std::mem::take(&mut self.continues);
         // Planted error "copies of particles that go on where another one ended", found by morgana-transport/transport::meters::records::copies_keep_their_own_ways_where_paths_are_cut:
         // if false && let Some(next) = self.waiting.pop() {
-        if !goes_on && let Some(next) = self.waiting.pop() {
+        if !continues && let Some(next) = self.waiting.pop() {
             self.current = next;
         }
-        goes_on
+        continues
     }
 
     /// Divides the particle into `copies` copies; 0 ends it.
-    pub(super) fn go_on(&mut self, copies: usize) {
+    pub(super) fn continue_walk(&mut self, copies: usize) {
         for _ in 1..copies {
             self.waiting.push(self.current.clone());
         }
-        self.goes_on = copies > 0;
+        self.continues = copies > 0;
     }
 }
 
@@ -57,11 +57,11 @@ mod tests {
         let mut copies = Copies::new(0);
         copies.start(|state| *state = 1);
         assert!(copies.resume());
-        copies.go_on(3);
+        copies.continue_walk(3);
         // The first copy continues, is divided again, and ends.
         assert!(copies.resume());
         copies.current = 2;
-        copies.go_on(2);
+        copies.continue_walk(2);
         assert!(copies.resume());
         copies.current = 3;
         let mut rest = Vec::new();

@@ -246,7 +246,7 @@ impl TapeRecorder<'_> {
         if let Some((arc, theta)) = track.beyond {
             // Planted error "fluence that flights leave before they attenuate in derivatives", found by morgana-transport/transport::meters::derivatives::derivatives_in_a_beam_have_closed_forms:
             // let _ = (arc, theta);
-            self.notes.tape.aside_fly(track.medium, arc, theta);
+            self.notes.tape.branch_fly(track.medium, arc, theta);
         }
         self.notes.contribute(row, value);
     }

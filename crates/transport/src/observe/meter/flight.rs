@@ -3,7 +3,7 @@
 use super::polarization::ParticleStokes;
 use crate::Spectrum;
 use crate::path::{End, FreeFlightEvent, Point, Span, WalkEvent, share};
-use crate::scene::{Leg, MediumId, Scene};
+use crate::scene::{MediumId, Scene, Segment};
 use crate::shape::Hit;
 use eikonal::ray::Arc;
 use glam::DVec3;
@@ -81,25 +81,25 @@ pub(super) struct FreeLeg<'e, 's> {
     /// Optical path lengths from the emitter to the ends of the segment.
     pub optical_length: [f64; 2],
     /// Length of the segment, and the matter that it passes through.
-    pub leg: &'e Leg<'s>,
+    pub segment: &'e Segment<'s>,
 }
 
 /// Returns the segments of a free flight.
-pub(super) fn free_legs<'e, 's>(
+pub(super) fn free_segments<'e, 's>(
     event: &FreeFlightEvent<'e, 's>,
 ) -> impl Iterator<Item = FreeLeg<'e, 's>> {
     let (ray, flight) = (event.ray, event.flight);
     let (mut start, mut optical_length) = (flight.start, ray.optical_length);
-    flight.legs.iter().map(move |leg| {
-        let after = optical_length + leg.matter.n * leg.length;
+    flight.segments.iter().map(move |segment| {
+        let after = optical_length + segment.matter.n * segment.length;
         let free = FreeLeg {
             power: ray.throughput,
             start,
             direction: flight.direction,
             optical_length: [optical_length, after],
-            leg,
+            segment,
         };
-        start += flight.direction * leg.length;
+        start += flight.direction * segment.length;
         optical_length = after;
         free
     })
@@ -108,10 +108,10 @@ pub(super) fn free_legs<'e, 's>(
 impl FreeLeg<'_, '_> {
     /// Returns the arc of the segment from θ = 0 to 1.
     pub(super) fn arc(&self) -> Arc {
-        let n = self.leg.matter.n;
+        let n = self.segment.matter.n;
         // Planted error "tagged flights that nothing interrupts without the index", found by morgana-transport/transport::meters::sidebands::sidebands_of_meters_are_sums_over_records:
-        // Arc::line(self.start, self.direction, self.leg.length * n / n)
-        Arc::line(self.start, self.direction * n, self.leg.length / n)
+        // Arc::line(self.start, self.direction, self.segment.length * n / n)
+        Arc::line(self.start, self.direction * n, self.segment.length / n)
     }
 }
 

@@ -7,10 +7,10 @@
 //! (docs/theory.md#meters). Arcs are cut where they pass from cell to cell, so the lengths of the
 //! pieces add up to the whole.
 
+use super::dwell::Dwell;
 use super::flight::{Collision, Flight, FreeLeg};
 use super::grid::{Coordinates, MeterGrid};
 use super::reading::{Quantity, ReadingAxis};
-use super::stay::Stay;
 use super::tagging::Tagging;
 use super::tally::Scores;
 use crate::path::FreeFlightEvent;
@@ -117,34 +117,36 @@ impl FluenceMeter {
         fluence: Spectrum,
         u: f64,
         modulation: impl FnOnce(f64) -> DVec2,
-        (stay, slots): (&mut Option<Stay>, &mut Slots),
+        (dwell, slots): (&mut Option<Dwell>, &mut Slots),
     ) {
-        match stay {
-            Some(stay) if stay.goes_on(cell, slots.channels) => stay.add(fluence, u, modulation),
+        match dwell {
+            Some(dwell) if dwell.continues(cell, slots.channels) => {
+                dwell.add(fluence, u, modulation)
+            }
             _ => {
-                let next = Stay::new(cell, fluence, modulation(u));
-                if let Some(last) = stay.replace(next) {
-                    self.score_stay(&last, slots);
+                let next = Dwell::new(cell, fluence, modulation(u));
+                if let Some(last) = dwell.replace(next) {
+                    self.score_dwell(&last, slots);
                 }
             }
         }
     }
 
     /// Adds the parts of the fluence in the particle's last cell.
-    pub(super) fn end_stay(&self, scoring: &mut Scoring) {
-        if let Some(last) = scoring.stay.take() {
-            self.score_stay(&last, &mut scoring.slots);
+    pub(super) fn end_dwell(&self, scoring: &mut Scoring) {
+        if let Some(last) = scoring.dwell.take() {
+            self.score_dwell(&last, &mut scoring.slots);
         }
     }
 
-    fn score_stay(&self, stay: &Stay, slots: &mut Slots) {
+    fn score_dwell(&self, dwell: &Dwell, slots: &mut Slots) {
         if let Some(sidebands) = &self.sidebands {
             let cells = self.cells();
             let parts = PartSlots {
-                first: 2 * cells + stay.cell,
+                first: 2 * cells + dwell.cell,
                 stride: cells,
             };
-            slots.add_parts(parts, stay.fluence, &sidebands.shares(stay.modulation));
+            slots.add_parts(parts, dwell.fluence, &sidebands.shares(dwell.modulation));
         }
     }
 
@@ -163,7 +165,7 @@ impl FluenceMeter {
             slots,
             cuts,
             sampler,
-            stay,
+            dwell,
             ..
         } = scoring;
         // Score w ∫ ds of each piece, eq. (track lengths and collisions).
@@ -185,7 +187,7 @@ impl FluenceMeter {
                 let place = |u| theta.unwrap_or_else(|| piece.place(&flight.span.arc, u));
                 let modulation = |u| tagging.until(place(u));
                 let u = sampler.next_1d();
-                self.score_parts(cell, values[0], u, modulation, (stay, slots));
+                self.score_parts(cell, values[0], u, modulation, (dwell, slots));
             }
         });
     }
@@ -198,12 +200,12 @@ impl FluenceMeter {
         cuts: &mut Cuts,
         see: impl FnMut(usize, Piece),
     ) {
-        let stretch = Stretch {
+        let segment = Segment {
             arc: &flight.span.arc,
             theta_end: flight.theta_end,
             optical_length: flight.optical_length,
         };
-        self.pieces(&stretch, cuts, see);
+        self.pieces(&segment, cuts, see);
     }
 
     /// Scores a segment of a free flight from one collision to the next.
@@ -217,10 +219,10 @@ impl FluenceMeter {
             slots,
             cuts,
             sampler,
-            stay,
+            dwell,
             ..
         } = scoring;
-        let (length, matter) = (free.leg.length, free.leg.matter);
+        let (length, matter) = (free.segment.length, free.segment.matter);
         let step = free.direction * length;
         let line = Line {
             ends: [free.start, free.start + step],
@@ -234,17 +236,17 @@ impl FluenceMeter {
             if let Some(tagging) = tagged {
                 let modulation = |u| tagging.until(piece.place_on_line(u));
                 let u = sampler.next_1d();
-                self.score_parts(cell, fluence, u, modulation, (stay, slots));
+                self.score_parts(cell, fluence, u, modulation, (dwell, slots));
             }
         };
         if self.pieces_of_line(&line, &mut see).is_none() {
             let arc = Arc::line(free.start, step, 1.0);
-            let stretch = Stretch {
+            let segment = Segment {
                 arc: &arc,
                 theta_end: 1.0,
                 optical_length: free.optical_length[0],
             };
-            self.pieces(&stretch, cuts, see);
+            self.pieces(&segment, cuts, see);
         }
     }
 
@@ -265,14 +267,14 @@ impl FluenceMeter {
     /// Cuts an arc where it passes from cell to cell, and from gate to gate. Calls `see` with the
     /// cell of each piece, and the piece.
     #[inline(never)]
-    fn pieces(&self, stretch: &Stretch, cuts: &mut Cuts, mut see: impl FnMut(usize, Piece)) {
-        let Stretch { arc, theta_end, .. } = *stretch;
+    fn pieces(&self, segment: &Segment, cuts: &mut Cuts, mut see: impl FnMut(usize, Piece)) {
+        let Segment { arc, theta_end, .. } = *segment;
         if arc.is_straight() {
             let [length, gain] = arc.lengths(theta_end);
             let line = Line {
                 ends: [arc.start(), arc.position(theta_end)],
                 length,
-                optical_length: [stretch.optical_length, stretch.optical_length + gain],
+                optical_length: [segment.optical_length, segment.optical_length + gain],
                 theta_end,
             };
             if self.pieces_of_line(&line, &mut see).is_some() {
@@ -284,7 +286,7 @@ impl FluenceMeter {
         if cuts.is_empty() && self.grid.cell(arc.position(0.5 * theta_end)).is_none() {
             return;
         }
-        self.cut_by_length(stretch, cuts);
+        self.cut_by_length(segment, cuts);
         cuts.push(theta_end);
         cuts.sort_unstable_by(f64::total_cmp);
         // Find the cell of each piece by its midpoint.
@@ -294,7 +296,7 @@ impl FluenceMeter {
             let middle = 0.5 * (from + to);
             let optical_length = match self.optical_length {
                 None => 0.0,
-                Some(_) => stretch.optical_length + arc.optical_length(middle),
+                Some(_) => segment.optical_length + arc.optical_length(middle),
             };
             if let Some(cell) = self.locate(arc.position(middle), optical_length) {
                 // Planted error "fluence of particles weighted by n²", found by morgana-transport/transport::meters::closed_forms::fluence_in_a_furnace_is_that_of_the_index_squared:
@@ -335,15 +337,15 @@ impl FluenceMeter {
     }
 
     /// Adds the values of θ at which the optical path length passes from bin to bin.
-    fn cut_by_length(&self, stretch: &Stretch, cuts: &mut Cuts) {
+    fn cut_by_length(&self, segment: &Segment, cuts: &mut Cuts) {
         let Some(bins) = &self.optical_length else {
             return;
         };
-        let (arc, start) = (stretch.arc, stretch.optical_length);
-        let end = start + arc.optical_length(stretch.theta_end);
+        let (arc, start) = (segment.arc, segment.optical_length);
+        let end = start + arc.optical_length(segment.theta_end);
         let edges = bins.edges_between(start, end);
         let thetas = edges.map(|edge| arc.theta_at_optical_length(edge - start));
-        cuts.extend(thetas.filter(|theta| *theta < stretch.theta_end));
+        cuts.extend(thetas.filter(|theta| *theta < segment.theta_end));
     }
 
     /// Scores a collision.
@@ -363,12 +365,12 @@ impl FluenceMeter {
             let Scoring {
                 slots,
                 sampler,
-                stay,
+                dwell,
                 ..
             } = scoring;
             let modulation = |_| tagging.path().total();
             let u = sampler.next_1d();
-            self.score_parts(cell, values[0], u, modulation, (stay, slots));
+            self.score_parts(cell, values[0], u, modulation, (dwell, slots));
         }
     }
 
@@ -380,7 +382,7 @@ impl FluenceMeter {
 
 /// Part of an arc, from θ = 0 on.
 #[derive(Clone, Copy, Debug)]
-struct Stretch<'a> {
+struct Segment<'a> {
     arc: &'a Arc,
     theta_end: f64,
     /// Optical path length from the emitter to the start of the arc.
@@ -444,7 +446,7 @@ pub(super) struct Scoring<'a> {
     /// Effect of sound on the particle, if a meter measures it.
     pub tagging: Option<&'a Tagging>,
     /// Tagged fluence in the last cell.
-    pub stay: &'a mut Option<Stay>,
+    pub dwell: &'a mut Option<Dwell>,
 }
 
 /// Cells of the parts of one cell's value.

@@ -117,8 +117,8 @@ impl Histories {
     }
 
     /// Divides the particle into `copies` copies; 0 ends it.
-    pub(super) fn go_on(&mut self, copies: usize) {
-        self.copies.go_on(copies);
+    pub(super) fn continue_walk(&mut self, copies: usize) {
+        self.copies.continue_walk(copies);
     }
 
     /// Returns the history of the current particle so far, by region.

@@ -10,6 +10,7 @@ mod acceptance;
 mod check;
 mod copies;
 mod differentiate;
+mod dwell;
 mod flight;
 mod fluence;
 mod functionals;
@@ -23,7 +24,6 @@ mod positions;
 mod reading;
 mod recorder;
 mod records;
-mod stay;
 mod tagging;
 mod tally;
 mod voxel_scores;
@@ -57,7 +57,7 @@ use polarization::ParticleStokes;
 use reading::{Quantity, TallyPart};
 use recorder::Recorder;
 use records::RecordLayout;
-use tagging::{Asked, Tagging};
+use tagging::{RequestedModulations, Tagging};
 use tally::Scores;
 use voxel_scores::VoxelScore;
 
@@ -258,7 +258,7 @@ impl<'a> Setup<'a> {
     /// Runs the pilot for a weight window that makes late gates as accurate as early ones; `None`
     /// if no meter uses one. The window has no meaning once `stop` is raised.
     pub fn window(&self, stop: &Stop) -> Option<Window> {
-        Window::learn(self, stop)
+        Window::from_pilot(self, stop)
     }
 
     /// Returns the scene.
@@ -291,11 +291,11 @@ impl<'a> Setup<'a> {
         let (mut scores, mut cuts) = (Scores::default(), Cuts::new());
         let mut balance = BalanceSums::default();
         let mut in_voxels = VoxelScore::of(self.meters);
-        let mut stays = vec![None; self.meters.len()];
+        let mut dwells = vec![None; self.meters.len()];
         let mut histories = self.regions.clone().map(Histories::new);
-        let asked = Asked::by(self.meters);
+        let requested = RequestedModulations::by(self.meters);
         let tagging = self.sound.clone();
-        let mut tagging = tagging.map(|sound| Tagging::new(sound, asked));
+        let mut tagging = tagging.map(|sound| Tagging::new(sound, requested));
         let has_stokes = self.meters.iter().any(Meter::has_stokes);
         let mut stokes = has_stokes.then(|| ParticleStokes::new(self.scene, self.channels));
         let mut records = vec![RecordRows::default(); self.meters.len()];
@@ -317,7 +317,7 @@ impl<'a> Setup<'a> {
                 scores: &mut scores,
                 cuts: &mut cuts,
                 in_voxels: &mut in_voxels,
-                stays: &mut stays,
+                dwells: &mut dwells,
                 sampler: Sampler::new(seed, 1, number),
                 particle: number,
                 histories: histories.as_mut(),

@@ -45,8 +45,8 @@ impl<'a> ParticleStokes<'a> {
     }
 
     /// Divides the particle into `copies` copies; 0 ends it.
-    pub(super) fn go_on(&mut self, copies: usize) {
-        self.copies.go_on(copies);
+    pub(super) fn continue_walk(&mut self, copies: usize) {
+        self.copies.continue_walk(copies);
     }
 
     /// Follows an arc up to θ.

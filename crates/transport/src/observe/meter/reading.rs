@@ -122,7 +122,7 @@ impl Quantity {
 
     /// Reads the quantity from the meter's part of a tally. If `forget` is set, it frees the sums
     /// on the way.
-    pub(super) fn read(&self, part: &mut TallyPart, forget: bool) -> Reading {
+    pub(super) fn read(&self, part: &mut TallyPart, clear: bool) -> Reading {
         let TallyPart {
             tally,
             first,
@@ -155,8 +155,8 @@ impl Quantity {
                     reading.few.get(i % unsigned)
                 };
             }
-            if forget {
-                tally.forget(from..to);
+            if clear {
+                tally.clear(from..to);
             }
             from = to;
         }

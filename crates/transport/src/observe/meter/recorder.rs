@@ -1,12 +1,12 @@
 //! Passes the events of a particle's walk to the meters (docs/theory.md#meters,
 //! docs/theory.md#random-walks).
 
-use super::flight::{Collision, Flight, Passing, flights, free_legs};
+use super::dwell::Dwell;
+use super::flight::{Collision, Flight, Passing, flights, free_segments};
 use super::fluence::{Cuts, Scoring, Slots};
 use super::history::Histories;
 use super::polarization::ParticleStokes;
 use super::records::{Detected, RecordRows};
-use super::stay::Stay;
 use super::tagging::Tagging;
 use super::tally::Scores;
 use super::voxel_scores::{VoxelScore, voxels_suffice};
@@ -30,7 +30,7 @@ pub(super) struct Recorder<'r, 'm> {
     /// Scores of each fluence meter in the last voxel of a walk through voxels.
     pub in_voxels: &'r mut [VoxelScore<'m>],
     /// Tagged fluence in the last cell, for each meter.
-    pub stays: &'r mut [Option<Stay>],
+    pub dwells: &'r mut [Option<Dwell>],
     pub sampler: Sampler,
     /// Number of the particle.
     pub particle: u64,
@@ -63,11 +63,11 @@ impl Observer for Recorder<'_, '_> {
         if let Some(tagging) = &mut self.tagging {
             tagging.resume();
         }
-        for leg in free_legs(event) {
+        for segment in free_segments(event) {
             if let Some(tagging) = &mut self.tagging {
-                tagging.follow(event.ray.start.medium, &leg.arc(), 1.0);
+                tagging.follow(event.ray.start.medium, &segment.arc(), 1.0);
             }
-            self.each_fluence(|meter, scoring| meter.fly_freely(&leg, scoring));
+            self.each_fluence(|meter, scoring| meter.fly_freely(&segment, scoring));
         }
         self.each_fluence(|meter, scoring| meter.collide_freely(event, scoring));
         if let Some(tagging) = &mut self.tagging {
@@ -86,15 +86,15 @@ impl Observer for Recorder<'_, '_> {
         }
     }
 
-    fn go_on(&mut self, copies: usize) {
+    fn continue_walk(&mut self, copies: usize) {
         if let Some(histories) = &mut self.histories {
-            histories.go_on(copies);
+            histories.continue_walk(copies);
         }
         if let Some(tagging) = &mut self.tagging {
-            tagging.go_on(copies);
+            tagging.continue_walk(copies);
         }
         if let Some(stokes) = &mut self.stokes {
-            stokes.go_on(copies);
+            stokes.continue_walk(copies);
         }
     }
 
@@ -179,14 +179,14 @@ impl Recorder<'_, '_> {
         for score in &mut *self.in_voxels {
             score.end(self.scores);
         }
-        self.each_fluence(|meter, scoring| meter.end_stay(scoring));
+        self.each_fluence(|meter, scoring| meter.end_dwell(scoring));
     }
 
     /// Visits each fluence meter, with the destination of its scores.
     #[inline]
     fn each_fluence(&mut self, mut see: impl FnMut(&FluenceMeter, &mut Scoring)) {
         let mut first = 0;
-        for (meter, stay) in self.meters.iter().zip(&mut *self.stays) {
+        for (meter, dwell) in self.meters.iter().zip(&mut *self.dwells) {
             if let Meter::Fluence(meter) = meter {
                 let slots = Slots {
                     scores: self.scores,
@@ -198,7 +198,7 @@ impl Recorder<'_, '_> {
                     cuts: self.cuts,
                     sampler: &mut self.sampler,
                     tagging: self.tagging.as_deref(),
-                    stay,
+                    dwell,
                 };
                 see(meter, &mut scoring);
             }
@@ -264,8 +264,8 @@ impl Recorder<'_, '_> {
 /// Returns the light that passes the surface at the end of a flight, if there is one, given the
 /// light beyond it. For an opaque surface it returns the arriving light.
 pub(super) fn passing<'e>(flight: &Flight<'e>, after: Option<Beyond>) -> Option<Passing<'e>> {
-    let (object, meeting) = flight.span.surface?;
-    let hit = flight.scene.hit(object, &meeting);
+    let (object, intersection) = flight.span.surface?;
+    let hit = flight.scene.hit(object, &intersection);
     let opaque = flight.scene.objects()[object].bsdf.is_opaque();
     let arrival = flight.span.arc.velocity(flight.theta_end).normalize();
     let beyond = if opaque {

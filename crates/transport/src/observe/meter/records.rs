@@ -233,7 +233,8 @@ impl Records {
     fn thin(&mut self, halvings: u32) {
         self.halvings = halvings;
         let width = self.layout.width();
-        self.rows.retain(width, |number| in_fraction(number, halvings));
+        self.rows
+            .retain(width, |number| in_fraction(number, halvings));
     }
 
     /// Returns the smallest number of halvings for which all groups of channels have the records

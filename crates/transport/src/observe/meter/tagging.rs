@@ -15,7 +15,7 @@ const MAX_STEPS: usize = 1000;
 
 /// Points at which meters need modulations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Asked {
+pub(super) enum RequestedModulations {
     /// Surfaces, which particles may never reach.
     OnArrival,
     /// Ends of flights.
@@ -24,7 +24,7 @@ pub(super) enum Asked {
     Along,
 }
 
-impl Asked {
+impl RequestedModulations {
     /// Returns the points that any of these meters needs.
     pub(super) fn by(meters: &[Meter]) -> Self {
         let fluence = |meter: &Meter| match meter {
@@ -33,11 +33,11 @@ impl Asked {
         };
         let estimators = || meters.iter().filter_map(fluence);
         if estimators().any(|estimator| estimator == Estimator::TrackLength) {
-            Asked::Along
+            RequestedModulations::Along
         } else if estimators().next().is_some() {
-            Asked::AtEnds
+            RequestedModulations::AtEnds
         } else {
-            Asked::OnArrival
+            RequestedModulations::OnArrival
         }
     }
 }
@@ -47,7 +47,7 @@ impl Asked {
 pub(super) struct Tagging {
     sound: SoundInMedia,
     copies: Copies<TaggedPath>,
-    asked: Asked,
+    requested: RequestedModulations,
     /// Steps of the current particle since its modulation was last computed.
     steps: Vec<Step>,
     parts: Vec<RayPart>,
@@ -58,10 +58,10 @@ pub(super) struct Tagging {
 }
 
 impl Tagging {
-    pub(super) fn new(sound: SoundInMedia, asked: Asked) -> Self {
+    pub(super) fn new(sound: SoundInMedia, requested: RequestedModulations) -> Self {
         Tagging {
             sound,
-            asked,
+            requested,
             steps: Vec::new(),
             parts: Vec::new(),
             along: SoundAlong::default(),
@@ -74,28 +74,28 @@ impl Tagging {
     /// Starts a particle.
     pub(super) fn start(&mut self) {
         self.copies.start(|path| *path = TaggedPath::default());
-        self.forget();
+        self.clear();
     }
 
     /// Continues with the next copy, along its next edge.
     pub(super) fn resume(&mut self) {
         if !self.copies.resume() {
-            self.forget();
+            self.clear();
         }
     }
 
     /// Divides the particle into `copies` copies; 0 ends it.
-    pub(super) fn go_on(&mut self, copies: usize) {
+    pub(super) fn continue_walk(&mut self, copies: usize) {
         // Planted error "copies of tagged particles that forget their way" (3 lines), found by morgana-transport/transport::meters::sidebands::records_do_not_depend_on_what_else_is_asked:
         // (no line)
         if copies > 1 {
             self.arrive();
         }
-        self.copies.go_on(copies);
+        self.copies.continue_walk(copies);
     }
 
     /// Returns the modulation of the particle's path so far. It is up to date at ends of flights,
-    /// unless only [arrivals](Asked::OnArrival) need it.
+    /// unless only [arrivals](RequestedModulations::OnArrival) need it.
     pub(super) fn path(&self) -> PathModulation {
         self.copies.current.modulation()
     }
@@ -107,11 +107,11 @@ impl Tagging {
         self.copies
             .current
             .go(&self.sound, &self.parts, steps, along);
-        self.forget();
+        self.clear();
         self.path()
     }
 
-    fn forget(&mut self) {
+    fn clear(&mut self) {
         self.steps.clear();
         self.parts.clear();
     }
@@ -134,8 +134,8 @@ impl Tagging {
 
     /// Adds a flight along an arc up to θ.
     pub(super) fn follow(&mut self, medium: MediumId, arc: &Arc, theta_end: f64) {
-        match self.asked {
-            Asked::OnArrival => {
+        match self.requested {
+            RequestedModulations::OnArrival => {
                 self.step(Step::Fly);
                 self.parts.push(RayPart {
                     arc: *arc,
@@ -143,8 +143,10 @@ impl Tagging {
                     medium,
                 });
             }
-            Asked::AtEnds => self.copies.current.fly(&self.sound, medium, arc, theta_end),
-            Asked::Along => {
+            RequestedModulations::AtEnds => {
+                self.copies.current.fly(&self.sound, medium, arc, theta_end)
+            }
+            RequestedModulations::Along => {
                 let (sound, path) = (&self.sound, &mut self.copies.current);
                 // Planted error "phases of tagged fluence of the last flight alone", found by morgana-transport/transport::meters::sidebands::track_lengths_and_collisions_find_the_same_sidebands:
                 // self.before = DVec2::ZERO;
@@ -156,9 +158,11 @@ impl Tagging {
 
     /// Adds a scattering at the end of the last flight, into a direction.
     pub(super) fn scatter(&mut self, direction: DVec3) {
-        match self.asked {
-            Asked::OnArrival => self.step(|_| Step::Scatter(direction)),
-            Asked::AtEnds | Asked::Along => self.copies.current.scatter(&self.sound, direction),
+        match self.requested {
+            RequestedModulations::OnArrival => self.step(|_| Step::Scatter(direction)),
+            RequestedModulations::AtEnds | RequestedModulations::Along => {
+                self.copies.current.scatter(&self.sound, direction)
+            }
         }
     }
 

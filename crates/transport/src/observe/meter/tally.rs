@@ -247,8 +247,8 @@ impl Tally {
     }
 
     /// Clears the sums in a range of slots, and frees nearly all of their memory.
-    pub(super) fn forget(&mut self, slots: Range<usize>) {
-        self.slots.forget(slots);
+    pub(super) fn clear(&mut self, slots: Range<usize>) {
+        self.slots.clear(slots);
     }
 
     /// Returns the number of particles.

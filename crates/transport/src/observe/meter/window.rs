@@ -56,7 +56,7 @@ impl Window {
     }
 
     /// Runs the pilot of a setup's particles. Returns `None` if no meter uses windows.
-    pub(super) fn learn(setup: &Setup, stop: &Stop) -> Option<Self> {
+    pub(super) fn from_pilot(setup: &Setup, stop: &Stop) -> Option<Self> {
         // Divide the optical length up to the end of the last gate into equal steps.
         let ends = setup.meters.iter().filter_map(Meter::windowed_length);
         let levels = Bins {

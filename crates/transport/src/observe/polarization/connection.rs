@@ -69,11 +69,11 @@ impl ConnectionPart {
     /// Follows light along the part, and through the interface at its end.
     fn follow(&self, scene: &Scene, light: &mut StokesInFrame) {
         let mut from = 0.0;
-        for (object, meeting) in &self.filters {
-            light.carry(&self.arc, from, meeting.theta);
-            from = meeting.theta;
+        for (object, intersection) in &self.filters {
+            light.carry(&self.arc, from, intersection.theta);
+            from = intersection.theta;
             let k = self.arc.velocity(from).normalize();
-            let filter = filter(scene, *object, meeting, self.medium, k);
+            let filter = filter(scene, *object, intersection, self.medium, k);
             filter.inspect(|f| light.pass(f, k));
         }
         light.carry(&self.arc, from, self.theta_end);
@@ -88,11 +88,11 @@ impl ConnectionPart {
             light.meet(event, [-event.after, -event.before]);
         }
         let mut from = self.theta_end;
-        for (object, meeting) in self.filters.iter().rev() {
-            light.carry(&self.arc, from, meeting.theta);
-            from = meeting.theta;
+        for (object, intersection) in self.filters.iter().rev() {
+            light.carry(&self.arc, from, intersection.theta);
+            from = intersection.theta;
             let k = -self.arc.velocity(from).normalize();
-            let filter = filter(scene, *object, meeting, self.medium, k);
+            let filter = filter(scene, *object, intersection, self.medium, k);
             filter.inspect(|f| light.pass(f, k));
         }
         light.carry(&self.arc, from, 0.0);
@@ -193,7 +193,7 @@ impl ConnectionStokes {
 pub(super) fn filter(
     scene: &Scene,
     object: usize,
-    meeting: &Intersection,
+    intersection: &Intersection,
     medium: MediumId,
     k: DVec3,
 ) -> Option<FilterMueller> {
@@ -201,6 +201,6 @@ pub(super) fn filter(
     if !bsdf.changes_what_passes() {
         return None;
     }
-    let surface = surface_at(scene, object, &scene.hit(object, meeting), medium);
+    let surface = surface_at(scene, object, &scene.hit(object, intersection), medium);
     bsdf.passing_mueller(&surface, k)
 }

@@ -105,7 +105,7 @@ impl<'a> StokesFold<'a> {
 
     /// Passes or reflects at the surface between two spans.
     fn through(&self, state: &mut StokesState, span: &Span, next: &Span) {
-        let Some((object, meeting)) = &span.surface else {
+        let Some((object, intersection)) = &span.surface else {
             return;
         };
         let scene = self.scene;
@@ -115,11 +115,11 @@ impl<'a> StokesFold<'a> {
         }
         let from = span.arc.velocity(span.theta_end).normalize();
         let to = next.arc.velocity(0.0).normalize();
-        let hit = scene.hit(*object, meeting);
+        let hit = scene.hit(*object, intersection);
         let passes = hit.normal.dot(from) * hit.normal.dot(to) > 0.0;
         if bsdf.is_partial() && passes {
             let k = state.light_along(from);
-            let filter = filter(scene, *object, meeting, span.medium, k);
+            let filter = filter(scene, *object, intersection, span.medium, k);
             filter.inspect(|filter| state.pass(filter, from));
             return;
         }
@@ -173,7 +173,7 @@ impl StokesState {
 
 impl Fold for StokesFold<'_> {
     type State = StokesState;
-    type Way = ConnectionStokes;
+    type ConnectionLog = ConnectionStokes;
     const NEEDS_SPANS: bool = true;
     const NEEDS_PARTS: bool = false;
 
@@ -242,7 +242,7 @@ impl Fold for StokesFold<'_> {
         }
     }
 
-    fn way(
+    fn log_connection(
         &mut self,
         mode: TransportMode,
         vertex: &Vertex,
@@ -254,19 +254,23 @@ impl Fold for StokesFold<'_> {
     fn contribute(&mut self, path: FoldedPath<StokesState, ConnectionStokes>) {
         let light = match light_of(path.light) {
             Some(mut light) => {
-                if let Some(way) = path.way {
-                    way.follow(self.scene, &mut light);
+                if let Some(connection_log) = path.connection_log {
+                    connection_log.follow(self.scene, &mut light);
                 }
                 Some(light)
             }
-            None => path.way.and_then(|way| way.of_unpolarized(self.scene)),
+            None => path
+                .connection_log
+                .and_then(|connection_log| connection_log.of_unpolarized(self.scene)),
         };
         let sensor = match path.sensor.map(|end| end.state) {
             Some(StokesState::Sensor(sensor)) => sensor,
             _ => {
                 // Planted error "frames of light at the sensor those of the pixel's own ray", found by morgana-transport/transport::polarization::estimators::rough_surfaces_polarise_alike_from_both_ends:
-                // let leaving = path.way.map_or(self.direction, |_| self.direction);
-                let leaving = path.way.map_or(self.direction, |way| -way.arrival());
+                // let leaving = path.connection_log.map_or(self.direction, |_| self.direction);
+                let leaving = path
+                    .connection_log
+                    .map_or(self.direction, |connection_log| -connection_log.arrival());
                 Transported::at_sensor(leaving, self.up, self.count)
             }
         };

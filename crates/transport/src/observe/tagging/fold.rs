@@ -24,7 +24,7 @@ pub(crate) struct TaggedFold {
     /// Modulations already computed, by the node to which they lead, in ascending order.
     known: Vec<(Place, TaggedPath)>,
     /// Steps of a path, in order.
-    way: Vec<Step>,
+    path_steps: Vec<Step>,
     along: SoundAlong,
 }
 
@@ -44,21 +44,21 @@ struct TaggedContribution {
     sensor: PathEnd,
     light: PathEnd,
     /// Range of the connection's parts.
-    way: Range<usize>,
+    connection_log: Range<usize>,
 }
 
 /// End of the part of a subpath that a contribution uses.
 #[derive(Clone, Copy, Debug, Default)]
 struct PathEnd {
     /// Node where the contribution leaves the subpath.
-    leaves: Place,
+    branch_point: Place,
     end: Place,
 }
 
 impl PathEnd {
     fn of(end: Option<FoldedEnd<Place>>) -> Self {
         end.map_or(PathEnd::default(), |end| PathEnd {
-            leaves: *end.leaves,
+            branch_point: *end.branch_point,
             end: end.state,
         })
     }
@@ -72,7 +72,7 @@ impl TaggedFold {
             steps: Vec::new(),
             found: Vec::new(),
             known: Vec::new(),
-            way: Vec::new(),
+            path_steps: Vec::new(),
             along: SoundAlong::default(),
         }
     }
@@ -96,7 +96,7 @@ impl TaggedFold {
             let contribution = self.found[contributions.next()?].clone();
             // Nothing leaves the subpaths after the last contribution.
             let is_last = contributions.peek().is_none();
-            let sensor = self.modulation(contribution.sensor, contribution.way, is_last);
+            let sensor = self.modulation(contribution.sensor, contribution.connection_log, is_last);
             Some(if contribution.light.end == 0 {
                 sensor
             } else {
@@ -109,21 +109,21 @@ impl TaggedFold {
 
     /// Returns the modulation of a part of a subpath, followed by a connection. Unless it
     /// `is_last`, later contributions may leave the subpath at the same node or beyond.
-    fn modulation(&mut self, path: PathEnd, way: Range<usize>, is_last: bool) -> DVec2 {
+    fn modulation(&mut self, path: PathEnd, connection_log: Range<usize>, is_last: bool) -> DVec2 {
         let mut tagged = if is_last {
-            self.way.clear();
+            self.path_steps.clear();
             self.collect(path.end)
         } else {
-            self.way.clear();
-            let mut tagged = self.collect(path.leaves);
+            self.path_steps.clear();
+            let mut tagged = self.collect(path.branch_point);
             self.follow(&mut tagged);
-            self.remember(path.leaves, tagged);
-            self.way.clear();
+            self.remember(path.branch_point, tagged);
+            self.path_steps.clear();
             self.collect(path.end)
         };
         // Planted error "phases of tagged paths from the sensor without those of connections", found by morgana-transport/transport::meters::instants::light_that_is_scattered_back_once_has_the_phases_of_moved_scatterers:
-        // let _ = (way, Step::Connect);
-        self.way.extend(way.map(Step::Connect));
+        // let _ = (connection_log, Step::Connect);
+        self.path_steps.extend(connection_log.map(Step::Connect));
         self.follow(&mut tagged);
         tagged.modulation().total()
     }
@@ -131,7 +131,7 @@ impl TaggedFold {
     /// Collects the steps from the last node with a known modulation to the node `place`. Returns
     /// the path up to the known node.
     fn collect(&mut self, place: Place) -> TaggedPath {
-        let (mut place, first) = (place, self.way.len());
+        let (mut place, first) = (place, self.path_steps.len());
         let known = loop {
             if place == 0 {
                 break TaggedPath::default();
@@ -142,15 +142,15 @@ impl TaggedFold {
                 break self.known[i].1;
             }
             let PlacedStep { step, before } = self.steps[place - 1];
-            self.way.push(step);
+            self.path_steps.push(step);
             place = before;
         };
-        self.way[first..].reverse();
+        self.path_steps[first..].reverse();
         known
     }
 
     fn follow(&mut self, path: &mut TaggedPath) {
-        path.go(&self.sound, &self.parts, &self.way, &mut self.along);
+        path.go(&self.sound, &self.parts, &self.path_steps, &mut self.along);
     }
 
     fn remember(&mut self, place: Place, path: TaggedPath) {
@@ -181,7 +181,7 @@ impl TaggedFold {
 impl Fold for TaggedFold {
     type State = Place;
     /// Range of the connection's parts.
-    type Way = Range<usize>;
+    type ConnectionLog = Range<usize>;
     const NEEDS_SPANS: bool = false;
     const NEEDS_PARTS: bool = true;
 
@@ -229,7 +229,12 @@ impl Fold for TaggedFold {
         }
     }
 
-    fn way(&mut self, _mode: TransportMode, _vertex: &Vertex, arcs: ConnectionArcs) -> Self::Way {
+    fn log_connection(
+        &mut self,
+        _mode: TransportMode,
+        _vertex: &Vertex,
+        arcs: ConnectionArcs,
+    ) -> Self::ConnectionLog {
         let first = self.parts.len();
         arcs.each(|medium, arc, theta_end| {
             if self.sound.is_in(medium) {
@@ -244,11 +249,11 @@ impl Fold for TaggedFold {
         first..self.parts.len()
     }
 
-    fn contribute(&mut self, path: FoldedPath<Place, Self::Way>) {
+    fn contribute(&mut self, path: FoldedPath<Place, Self::ConnectionLog>) {
         self.found.push(TaggedContribution {
             sensor: PathEnd::of(path.sensor),
             light: PathEnd::of(path.light),
-            way: path.way.cloned().unwrap_or_default(),
+            connection_log: path.connection_log.cloned().unwrap_or_default(),
         });
     }
 }

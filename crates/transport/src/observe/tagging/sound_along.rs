@@ -22,13 +22,13 @@ pub(crate) struct SoundAlong {
     inner: Vec<(usize, DVec3)>,
     /// Values of each part, padded with zeros.
     values: Vec<[DVec2; MAX_PLACES]>,
-    parts: Vec<AskedPart>,
+    parts: Vec<RequestedPart>,
     turns: Vec<Turn>,
 }
 
 /// Quadrature of the modulation along a part.
 #[derive(Clone, Debug)]
-struct AskedPart {
+struct RequestedPart {
     /// Index of the part.
     part: usize,
     /// Indices of the positions at which the part starts and ends.
@@ -63,7 +63,7 @@ impl SoundAlong {
         parts: &[RayPart],
         steps: &[Step],
     ) -> Option<Last> {
-        let here = self.ask(sound, start, parts, steps);
+        let here = self.request(sound, start, parts, steps);
         let unknown = &self.places[self.amplitudes.len()..];
         self.amplitudes.extend(unknown.iter().map(|x| sound.at(*x)));
         self.values.resize(self.parts.len(), Default::default());
@@ -79,7 +79,7 @@ impl SoundAlong {
     }
 
     /// Collects the positions along steps at which the sound is needed. Returns the new end.
-    fn ask(
+    fn request(
         &mut self,
         sound: &Modulation,
         start: Option<Last>,
@@ -97,14 +97,14 @@ impl SoundAlong {
         for step in steps {
             match *step {
                 Step::Fly(part) => {
-                    let place = self.ask_along(sound, parts, part, here);
+                    let place = self.request_along(sound, parts, part, here);
                     // Planted error "displacement of scatterers without the index", found by morgana-transport/transport::meters::tagged::correlations_are_those_of_frozen_instants:
                     // let velocity = parts[part].arc.velocity(parts[part].theta_end).normalize();
                     let velocity = parts[part].arc.velocity(parts[part].theta_end);
                     here = Some(PathEnd { place, velocity });
                 }
                 Step::Connect(part) => {
-                    self.ask_along(sound, parts, part, here);
+                    self.request_along(sound, parts, part, here);
                 }
                 Step::Scatter(direction) => self.turns.extend(here.map(|here| Turn {
                     place: here.place,
@@ -126,7 +126,7 @@ impl SoundAlong {
 
     /// Collects the positions along a part at which the sound is needed. Returns the index of the
     /// position where the part ends.
-    fn ask_along(
+    fn request_along(
         &mut self,
         sound: &Modulation,
         parts: &[RayPart],
@@ -145,7 +145,7 @@ impl SoundAlong {
             self.inner.extend((first..).zip(places));
             self.inner.truncate(known + count);
         }
-        self.parts.push(AskedPart {
+        self.parts.push(RequestedPart {
             part,
             ends,
             quadrature,

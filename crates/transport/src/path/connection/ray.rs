@@ -66,11 +66,11 @@ impl Connection {
             ConnectionEnd::Point { surface, .. } => surface.map(|s| s.object),
             ConnectionEnd::Plane { .. } => vertex.object(),
         };
-        let left = match target.end {
-            ConnectionEnd::Point { .. } => vertex.left(scene, self.direction),
+        let start_object = match target.end {
+            ConnectionEnd::Point { .. } => vertex.start_object(scene, self.direction),
             ConnectionEnd::Plane { .. } => None,
         };
-        let visible = scene.visibility(arcs, [left, end], slack);
+        let visible = scene.visibility(arcs, [start_object, end], slack);
         // A mask between media may also transmit nothing.
         let visible = visible.filter(|_| self.geometry.choice > 0.0);
         let Some(through) = visible else {

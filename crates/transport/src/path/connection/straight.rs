@@ -24,7 +24,7 @@ struct Line {
     direction: DVec3,
     length: f64,
     /// Object that the line leaves at its start and does not meet again.
-    left: Option<usize>,
+    start_object: Option<usize>,
     /// Medium at the start of the line.
     medium: MediumId,
     /// Medium at the vertex, on the side on which the line must lie.
@@ -93,7 +93,7 @@ impl Line {
                     to,
                     direction,
                     length,
-                    left: place.left,
+                    start_object: place.start_object,
                     medium: place.medium,
                     beside: place.medium,
                     proper: arrives && vertex.same_side(direction, place.direction),
@@ -112,7 +112,7 @@ impl Line {
                     to: place.x,
                     direction,
                     length,
-                    left: None,
+                    start_object: None,
                     medium,
                     beside: place.medium,
                     // A beam starts in one medium.
@@ -129,7 +129,7 @@ impl Line {
     /// [`Failure::OverBudget`] if there are too many boundaries.
     fn cut(&self, scene: &Scene, parts: &mut Vec<RayPart>) -> Result<StraightThroughput, Failure> {
         parts.clear();
-        let (mut x, mut medium, mut left) = (self.from, self.medium, self.left);
+        let (mut x, mut medium, mut start_object) = (self.from, self.medium, self.start_object);
         let mut n = scene.n(medium, x);
         let mut throughput = StraightThroughput {
             optical_length: 0.0,
@@ -142,8 +142,8 @@ impl Line {
             // a direction.
             let rest = (self.to - x).dot(self.direction).max(scene.ray_epsilon());
             let arc = Arc::line(x, self.direction * n, rest / n);
-            let boundary = scene.first_boundary(&arc, left);
-            let theta_end = boundary.map_or(1.0, |(_, meeting)| meeting.theta);
+            let boundary = scene.first_boundary(&arc, start_object);
+            let theta_end = boundary.map_or(1.0, |(_, intersection)| intersection.theta);
             throughput.optical_length += rest * theta_end * n;
             throughput.n[1] = n;
             parts.push(RayPart {
@@ -151,16 +151,16 @@ impl Line {
                 theta_end,
                 medium,
             });
-            let Some((object, meeting)) = boundary else {
+            let Some((object, intersection)) = boundary else {
                 return Ok(throughput);
             };
-            if let Some(through) = scene.through(object, &meeting, &arc) {
+            if let Some(through) = scene.through(object, &intersection, &arc) {
                 throughput.through.times(&through);
             }
-            let hit = scene.hit(object, &meeting);
+            let hit = scene.hit(object, &intersection);
             medium = scene.medium_beside(object, medium, hit.position, hit.normal, self.direction);
             x = leave(scene, hit.position, hit.normal, self.direction);
-            left = scene.left(object, hit.normal, self.direction);
+            start_object = scene.start_object(object, hit.normal, self.direction);
             let n_after = scene.n(medium, x);
             throughput.jump *= n_after / n;
             n = n_after;

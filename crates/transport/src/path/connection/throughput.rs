@@ -76,7 +76,7 @@ impl ConnectionThroughput {
     fn pass_partial(&mut self, scene: &Scene, object: usize, arc: &Arc) {
         let boundary = scene.first_boundary(arc, None);
         let met = boundary.filter(|(found, _)| *found == object);
-        let through = met.and_then(|(_, meeting)| scene.through(object, &meeting, arc));
+        let through = met.and_then(|(_, intersection)| scene.through(object, &intersection, arc));
         if let Some(through) = through {
             self.factor *= through.factor * through.probability;
             self.choice *= through.probability;

@@ -48,7 +48,7 @@ pub struct AdjointTraining {
 impl AdjointTraining {
     /// Records that the current path continues along an edge from `start`. `throughput` is its
     /// throughput there, summed over channels. `tally` holds its contribution and work so far.
-    pub fn depart(&mut self, start: &Start, throughput: f64, tally: PathTally) {
+    pub fn record(&mut self, start: &Start, throughput: f64, tally: PathTally) {
         if self.all.len() < MAX_SAMPLES {
             self.all.push(TrainingSample {
                 place: place(start),
@@ -64,11 +64,11 @@ impl AdjointTraining {
         if !end.light.is_finite() {
             self.all.truncate(self.ended);
         }
-        for departure in &mut self.all[self.ended..] {
+        for sample in &mut self.all[self.ended..] {
             // Planted error "adjoint estimates learnt from what paths brought before, not after", found by morgana-transport/transport::roulette::adjoint_estimates_are_worth_what_paths_brought:
-            // departure.tally.light *= 1.0;
-            departure.tally.light = end.light - departure.tally.light;
-            departure.tally.work = end.work - departure.tally.work;
+            // sample.tally.light *= 1.0;
+            sample.tally.light = end.light - sample.tally.light;
+            sample.tally.work = end.work - sample.tally.work;
         }
         self.ended = self.all.len();
     }
@@ -80,7 +80,7 @@ impl AdjointTraining {
         if worth > 0.0 && worth.is_finite() && !self.all.is_empty() {
             let own = Mean::of(&self.all);
             let square = worth * own.work;
-            let mean = own.near(Mean { square, ..own }, self.all.len());
+            let mean = own.blended(Mean { square, ..own }, self.all.len());
             divide(&mut nodes, &mut self.all, mean, worth, MAX_DIVISIONS);
         }
         AdjointEstimate(nodes)
@@ -107,11 +107,11 @@ impl Mean {
 
     /// Returns the weighted average of this mean of `count` training samples and another mean,
     /// which has the weight of [`PRIOR_SAMPLES`] samples.
-    fn near(self, other: Mean, count: usize) -> Self {
-        let doubt = PRIOR_SAMPLES / (PRIOR_SAMPLES + count as f64);
+    fn blended(self, other: Mean, count: usize) -> Self {
+        let prior = PRIOR_SAMPLES / (PRIOR_SAMPLES + count as f64);
         Mean {
-            square: self.square + (other.square - self.square) * doubt,
-            work: self.work + (other.work - self.work) * doubt,
+            square: self.square + (other.square - self.square) * prior,
+            work: self.work + (other.work - self.work) * prior,
         }
     }
 }
@@ -153,7 +153,7 @@ fn divide(
     halved(samples, axis);
     let cut = samples[half].place[axis];
     let (below, above) = samples.split_at_mut(half);
-    let means = [&*below, &*above].map(|part| Mean::of(part).near(mean, part.len()));
+    let means = [&*below, &*above].map(|part| Mean::of(part).blended(mean, part.len()));
     divide(nodes, below, means[0], worth, divisions - 1);
     nodes[index] = Node::Cut {
         axis: axis as u8,

@@ -159,8 +159,8 @@ impl NeeTraining {
     /// `weights` are the weights of the pixels, one for each pair of samples.
     pub fn best(&self, work: f64, weights: &[f64]) -> NeeRates {
         let mut levels: Levels = [0; SLOTS];
-        let doubt = PRIOR_FRACTION * self.variance(&levels, weights);
-        if !(doubt > 0.0 && work > 0.0) {
+        let prior = PRIOR_FRACTION * self.variance(&levels, weights);
+        if !(prior > 0.0 && work > 0.0) {
             return NeeRates::default();
         }
         // Two rounds suffice, because kinds hardly influence each other.
@@ -169,7 +169,7 @@ impl NeeTraining {
                 let mut levels = levels;
                 levels[slot] = level;
                 let rare = levels.map(|level| probability(level).recip() - 1.0);
-                let variance = self.variance(&levels, weights) + doubt * rare.iter().sum::<f64>();
+                let variance = self.variance(&levels, weights) + prior * rare.iter().sum::<f64>();
                 variance * self.work_at(&levels, work)
             };
             let best = (0..levels_of(slot)).min_by(|a, b| cost(*a).total_cmp(&cost(*b)));

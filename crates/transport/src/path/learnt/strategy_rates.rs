@@ -155,8 +155,8 @@ impl StrategyTraining {
     /// Returns the rates with the least variance × work.
     pub fn best(&self) -> StrategyRates {
         let mut levels = [0; 4];
-        let doubt = PRIOR_FRACTION * self.variance(&StrategyRates::default());
-        if !(doubt > 0.0 && doubt.is_finite() && self.work > 0.0) {
+        let prior = PRIOR_FRACTION * self.variance(&StrategyRates::default());
+        if !(prior > 0.0 && prior.is_finite() && self.work > 0.0) {
             return StrategyRates::default();
         }
         let cost = |levels: [usize; 4]| {
@@ -167,7 +167,7 @@ impl StrategyTraining {
                 StrategyKind::Joined,
             ];
             let rare: f64 = kinds.map(|kind| rates.of(kind).recip() - 1.0).iter().sum();
-            (self.variance(&rates) + doubt * rare) * self.work_at(&rates)
+            (self.variance(&rates) + prior * rare) * self.work_at(&rates)
         };
         for place in (0..SEARCH_ROUNDS).flat_map(|_| 0..4) {
             let with = |level: usize| {

@@ -102,7 +102,7 @@ impl<'a> RandomWalk<'a> {
                 }
             };
             if copies > 0 {
-                observer.go_on(copies);
+                observer.continue_walk(copies);
                 waiting.extend(repeat_n(ray, copies - 1));
             } else {
                 match waiting.pop() {

@@ -37,7 +37,7 @@ pub trait Observer {
 
     /// Returns true if the observer accepts [`Observer::fly_in_voxel`] and
     /// [`Observer::collide_in_voxel`] while a walk with one channel is in a volume of voxels. They
-    /// replace all other calls except [`Observer::go_on`].
+    /// replace all other calls except [`Observer::continue_walk`].
     fn sees_voxels(&self, _volume: &VoxelVolume) -> bool {
         false
     }
@@ -50,7 +50,7 @@ pub trait Observer {
 
     /// Receives the number of copies with which the walk continues from the last edge. The copies
     /// are followed one after the other, the last one first.
-    fn go_on(&mut self, _copies: usize) {}
+    fn continue_walk(&mut self, _copies: usize) {}
 
     /// Receives an edge that exceeds the largest depth. The walk ends on it, after its
     /// [spans](WalkEvent::spans).
@@ -153,9 +153,9 @@ impl<A: Observer, B: Observer> Observer for (A, B) {
         self.1.collide_in_voxel(absorbed);
     }
 
-    fn go_on(&mut self, copies: usize) {
-        self.0.go_on(copies);
-        self.1.go_on(copies);
+    fn continue_walk(&mut self, copies: usize) {
+        self.0.continue_walk(copies);
+        self.1.continue_walk(copies);
     }
 
     fn cut(&mut self, event: &WalkEvent, ws: &mut Workspace) {
@@ -200,8 +200,8 @@ impl<O: Observer> Observer for &mut O {
         (**self).collide_in_voxel(absorbed);
     }
 
-    fn go_on(&mut self, copies: usize) {
-        (**self).go_on(copies);
+    fn continue_walk(&mut self, copies: usize) {
+        (**self).continue_walk(copies);
     }
 
     fn cut(&mut self, event: &WalkEvent, ws: &mut Workspace) {

@@ -30,7 +30,7 @@ pub struct Start {
     pub(crate) front: Front,
     /// Object on whose surface the start lies, if a straight line from the start does not meet the
     /// object again.
-    pub left: Option<usize>,
+    pub start_object: Option<usize>,
 }
 
 impl Start {
@@ -41,7 +41,7 @@ impl Start {
             direction,
             medium,
             front: Front::Point,
-            left: None,
+            start_object: None,
         }
     }
 }

@@ -124,7 +124,7 @@ impl Vertex {
                 direction,
                 medium: scene.medium_beside(object, medium, x, surface.normal, direction),
                 front: Front::Point,
-                left: self.left(scene, direction),
+                start_object: self.start_object(scene, direction),
             },
         }
     }
@@ -138,12 +138,12 @@ impl Vertex {
 
     /// Returns the object on whose surface the vertex lies, if a straight line that leaves in
     /// `direction` never meets the object again.
-    pub(in crate::path) fn left(&self, scene: &Scene, direction: DVec3) -> Option<usize> {
+    pub(in crate::path) fn start_object(&self, scene: &Scene, direction: DVec3) -> Option<usize> {
         match *self {
             Vertex::Volume { .. } => None,
             Vertex::Surface {
                 object, surface, ..
-            } => scene.left(object, surface.normal, direction),
+            } => scene.start_object(object, surface.normal, direction),
         }
     }
 

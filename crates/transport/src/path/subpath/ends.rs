@@ -198,7 +198,7 @@ pub(crate) fn sensor_path(
             direction,
             medium,
             front: front(&end),
-            left: None,
+            start_object: None,
         },
         pdf: density,
         specular: false,
@@ -236,6 +236,6 @@ fn start(scene: &Scene, end: &ConnectionEnd, x: DVec3, direction: DVec3) -> Star
         direction,
         medium,
         front: front(end),
-        left: None,
+        start_object: None,
     }
 }

@@ -219,7 +219,7 @@ impl RayObserver for Follower<'_, '_> {
         ControlFlow::Continue(())
     }
 
-    fn go_on(&mut self, _: &Hit, beyond: &Continuation) {
+    fn continue_walk(&mut self, _: &Hit, beyond: &Continuation) {
         self.ray.direction = beyond.v.normalize();
         if beyond.is_reflection
             && let Some(difference) = &mut self.difference

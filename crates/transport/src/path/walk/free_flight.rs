@@ -5,11 +5,11 @@
 
 use super::trace::DrawnCollision;
 use crate::path::segment::{Front, Start};
-use crate::scene::{Leg, Legs, Scene};
+use crate::scene::{Scene, Segment, Segments};
 use glam::DVec3;
 
 /// A straight flight from a point to a collision, far from all surfaces, through matter that is
-/// constant on each leg.
+/// constant on each segment.
 #[derive(Clone, Debug)]
 pub struct FreeFlight<'a> {
     /// Start of the flight.
@@ -20,8 +20,8 @@ pub struct FreeFlight<'a> {
     pub length: f64,
     /// Channel in which the collision was drawn.
     pub channel: usize,
-    /// Legs of the flight, at least one, with equal indices.
-    pub legs: Legs<'a>,
+    /// Segments of the flight, at least one, with equal indices.
+    pub segments: Segments<'a>,
 }
 
 impl<'a> FreeFlight<'a> {
@@ -33,13 +33,13 @@ impl<'a> FreeFlight<'a> {
         }
         let DrawnCollision { channel, depth } = target;
         let line = [start.x, start.direction];
-        let legs = scene.free_legs(start.medium, line, channel, depth)?;
+        let segments = scene.free_segments(start.medium, line, channel, depth)?;
         Some(FreeFlight {
             start: start.x,
             direction: start.direction,
-            length: legs.iter().map(|leg| leg.length).sum(),
+            length: segments.iter().map(|segment| segment.length).sum(),
             channel,
-            legs,
+            segments,
         })
     }
 
@@ -49,10 +49,10 @@ impl<'a> FreeFlight<'a> {
         self.start + self.direction * self.length
     }
 
-    /// Returns the leg of the collision.
+    /// Returns the segment of the collision.
     #[inline]
-    pub fn last(&self) -> &Leg<'a> {
-        &self.legs[self.legs.len() - 1]
+    pub fn last(&self) -> &Segment<'a> {
+        &self.segments[self.segments.len() - 1]
     }
 
     /// Returns the index.

@@ -112,8 +112,8 @@ pub(crate) fn gather_in_view(
         let Some(vertex @ Vertex::Surface { .. }) = Vertex::of(scene, &edge) else {
             return;
         };
-        let scatter =
-            sampler.independently(|sampler| vertex.scatter(scene, TransportMode::Radiance, sampler));
+        let scatter = sampler
+            .independently(|sampler| vertex.scatter(scene, TransportMode::Radiance, sampler));
         let Some(scatter) = scatter.filter(|scatter| scatter.delta) else {
             return;
         };

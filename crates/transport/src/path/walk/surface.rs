@@ -28,14 +28,19 @@ struct Turn {
 
 impl Walk<'_, '_> {
     /// Passes a surface, is reflected, or ends there. Breaks if the edge ends.
-    pub(super) fn surface(&mut self, object: usize, meeting: Intersection, v: DVec3) -> ControlFlow<()> {
+    pub(super) fn surface(
+        &mut self,
+        object: usize,
+        intersection: Intersection,
+        v: DVec3,
+    ) -> ControlFlow<()> {
         let scene = self.scene;
         let bsdf = &scene.objects()[object].bsdf;
         if self.events.collided && !bsdf.is_null() {
             // Beyond a collision, pass only index-matched boundaries.
             return ControlFlow::Break(());
         }
-        let hit = &scene.hit(object, &meeting);
+        let hit = &scene.hit(object, &intersection);
         if bsdf.is_null() {
             return self.pass(object, hit, v);
         }
@@ -55,7 +60,7 @@ impl Walk<'_, '_> {
         }
         if bsdf.is_delta() {
             self.events.over_budget = true;
-            return self.die(true);
+            return self.absorb(true);
         }
         self.edge.geometry.geometry_term = self.ray.differentials.at_point(v, self.travelled.jump);
         self.edge.end = End::Surface {
@@ -87,7 +92,7 @@ impl Walk<'_, '_> {
             rule: Rule::Pass,
             mirror: None,
         };
-        self.go_on(object, hit, v, turn)
+        self.continue_walk(object, hit, v, turn)
     }
 
     /// Passes straight through a surface that transmits part of the light. If the surface separates
@@ -118,7 +123,7 @@ impl Walk<'_, '_> {
         // Planted error "refraction computed from the chord of the last arc", found by morgana-transport/transport::edges::refraction_uses_the_tangent_of_the_ray:
         // let toward = self.edge.spans.last().map_or(-direction, |s| (s.arc.start() - hit.position).normalize());let Some(sample) = self.sample(object, hit, &surface, toward) else {
         let Some(sample) = self.sample(object, hit, &surface, -direction) else {
-            return self.die(false);
+            return self.absorb(false);
         };
         self.edge.connectable &= matches!(bsdf, Bsdf::Dielectric(_));
         if !sample.transmitted && sample.pdf < 1.0 {
@@ -143,7 +148,7 @@ impl Walk<'_, '_> {
                 .then(|| (sample.direction - direction).try_normalize())
                 .flatten(),
         };
-        self.go_on(object, hit, v, turn)
+        self.continue_walk(object, hit, v, turn)
     }
 
     /// Samples refraction or reflection at a smooth surface. If the edge is split, the ray is
@@ -183,7 +188,7 @@ impl Walk<'_, '_> {
         let so_far = share(self.sampling.channel_pdf, self.edge.geometry.depth) * self.edge.weight;
         Split {
             start: Start {
-                left: scene.left(object, hit.normal, direction),
+                start_object: scene.start_object(object, hit.normal, direction),
                 ..Start::point(
                     leave(scene, hit.position, hit.normal, direction),
                     direction,
@@ -204,7 +209,7 @@ impl Walk<'_, '_> {
     }
 
     /// Continues from a surface, given the velocity before the surface.
-    fn go_on(&mut self, object: usize, hit: &Hit, v: DVec3, turn: Turn) -> ControlFlow<()> {
+    fn continue_walk(&mut self, object: usize, hit: &Hit, v: DVec3, turn: Turn) -> ControlFlow<()> {
         let Turn {
             direction,
             beyond,
@@ -212,7 +217,7 @@ impl Walk<'_, '_> {
             mirror,
         } = turn;
         self.ray.x = leave(self.scene, hit.position, hit.normal, direction);
-        self.ray.left = self.scene.left(object, hit.normal, direction);
+        self.ray.start_object = self.scene.start_object(object, hit.normal, direction);
         let (near, far) = (self.scene.field(self.ray.medium), self.scene.field(beyond));
         let alike = || near.n2(hit.position) == far.n2(hit.position);
         if rule == Rule::Pass && near.is_constant() && far.is_constant() && alike() {

@@ -136,7 +136,7 @@ pub(super) struct RayState {
     pub differentials: RayDifferentials,
     pub medium: MediumId,
     /// Object that the ray cannot meet again while it is straight.
-    pub left: Option<usize>,
+    pub start_object: Option<usize>,
 }
 
 /// Quantities that a ray accumulated before a span.
@@ -196,7 +196,7 @@ impl<'a, 'b> Walk<'a, 'b> {
                     RayDifferentials::Ignored
                 },
                 medium: start.medium,
-                left: start.left,
+                start_object: start.start_object,
             },
             travelled: Travelled {
                 spans: 0,
@@ -213,7 +213,7 @@ impl<'a, 'b> Walk<'a, 'b> {
     /// Follows the ray through one region. Breaks if the edge ends.
     fn region(&mut self, ws: &mut Workspace) -> ControlFlow<()> {
         if ws.stop.is_raised() {
-            return self.die(true);
+            return self.absorb(true);
         }
         let field = self.scene.field(self.ray.medium);
         if field.is_constant() {
@@ -237,10 +237,10 @@ impl<'a, 'b> Walk<'a, 'b> {
             let reach = self.scene.reach(flow.node().x);
             let step = flow.advance(reach / flow.node().v.length(), &mut ws.stats.work);
             if !step.end.x.is_finite() {
-                return self.die(true);
+                return self.absorb(true);
             }
             let met = self.scene.first_beyond(&step.arc, None);
-            let theta_end = met.map_or(1.0, |(_, meeting)| meeting.theta);
+            let theta_end = met.map_or(1.0, |(_, intersection)| intersection.theta);
             let attenuation =
                 Attenuation::new(self.scene.medium(self.ray.medium), &step.arc, theta_end);
             let at = |theta| {
@@ -251,10 +251,10 @@ impl<'a, 'b> Walk<'a, 'b> {
             if self.events.collided && !self.sampling.extend {
                 return ControlFlow::Break(());
             }
-            if let Some((object, meeting)) = met {
+            if let Some((object, intersection)) = met {
                 let (_, v, variation) = step.at(theta_end);
                 self.ray.differentials = variation.into();
-                return self.surface(object, meeting, v);
+                return self.surface(object, intersection, v);
             }
             self.events.is_long |= self.scene.is_long(self.travelled.length);
             if self.events.collided && self.events.is_long {
@@ -263,7 +263,7 @@ impl<'a, 'b> Walk<'a, 'b> {
             let outside = self.scene.is_outside(step.end.x);
             self.events.over_budget |= self.travelled.spans > STEPS_PER_RAY;
             if outside || self.events.over_budget || ws.stop.is_raised() {
-                return self.die(true);
+                return self.absorb(true);
             }
         }
     }
@@ -275,7 +275,7 @@ impl<'a, 'b> Walk<'a, 'b> {
         let arc = Arc::line(self.ray.x, v, h);
         ws.stats.work.steps += 1;
         if !arc.end().is_finite() {
-            return self.die(true);
+            return self.absorb(true);
         }
         let at = |theta: f64| (v, start.drifted(theta * h));
         let attenuation = self.along_line(&arc);
@@ -294,15 +294,15 @@ impl<'a, 'b> Walk<'a, 'b> {
         let met = if is_free(arc.arc_length(1.0)) {
             None
         } else {
-            self.scene.first_before(&arc, end, self.ray.left)
+            self.scene.first_before(&arc, end, self.ray.start_object)
         };
         self.record(arc, attenuation, met, at, ws);
         if self.events.collided && !self.sampling.extend {
             return ControlFlow::Break(());
         }
-        self.ray.differentials = at(met.map_or(1.0, |(_, meeting)| meeting.theta)).1;
+        self.ray.differentials = at(met.map_or(1.0, |(_, intersection)| intersection.theta)).1;
         match met {
-            Some((object, meeting)) => self.surface(object, meeting, v),
+            Some((object, intersection)) => self.surface(object, intersection, v),
             None => self.escape(&arc, v),
         }
     }
@@ -347,7 +347,7 @@ impl<'a, 'b> Walk<'a, 'b> {
         at: impl Fn(f64) -> (DVec3, RayDifferentials),
         ws: &mut Workspace,
     ) {
-        let theta_end = met.map_or(1.0, |(_, meeting)| meeting.theta);
+        let theta_end = met.map_or(1.0, |(_, intersection)| intersection.theta);
         // Add the arc: its length, and its depth up to the collision if the collision lies on it.
         let (length_before, depth_before) = (self.travelled.length, self.travelled.depth);
         let [length, optical_length] = arc.lengths(theta_end);
@@ -497,7 +497,7 @@ impl<'a, 'b> Walk<'a, 'b> {
     }
 
     /// Ends the edge where it is absorbed, or lost.
-    pub(super) fn die(&mut self, lost: bool) -> ControlFlow<()> {
+    pub(super) fn absorb(&mut self, lost: bool) -> ControlFlow<()> {
         if !self.events.collided {
             self.edge.end = End::Dead;
             self.edge.lost = lost;

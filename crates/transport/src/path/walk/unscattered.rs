@@ -57,7 +57,7 @@ pub(crate) trait RayObserver {
     ) -> ControlFlow<TraceEnding>;
 
     /// Receives the continuation from the surface of the last [`arrive`](Self::arrive).
-    fn go_on(&mut self, hit: &Hit, beyond: &Continuation);
+    fn continue_walk(&mut self, hit: &Hit, beyond: &Continuation);
 
     /// Returns the counter of the work of following the ray.
     fn work(&mut self) -> &mut Work;
@@ -140,7 +140,7 @@ impl<'a> UnscatteredRay<'a> {
             return ControlFlow::Break(TraceEnding::Surface(object));
         };
         (self.x, self.v, self.medium) = (beyond.x, beyond.v, beyond.medium);
-        observer.go_on(hit, &beyond);
+        observer.continue_walk(hit, &beyond);
         ControlFlow::Continue(())
     }
 }

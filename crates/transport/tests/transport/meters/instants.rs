@@ -2,7 +2,9 @@
 //! uses paths of particles, found without phasors, and their optical lengths at many instants of
 //! the sound. At each instant the field is frozen, and scatterers are at their displaced positions.
 
-use crate::meters::sidebands::{at_rest, layer, lit, rays, seen, tagged_film, tagged_film_by};
+use crate::meters::sidebands::{
+    layer, lit, rays, seen, tagged_film, tagged_film_by, without_sound,
+};
 use crate::meters::support::*;
 use crate::meters::tagged::{ALBEDO, EXTINCTION, G, cases, length_through, moved, path, sound};
 use eikonal::Field;
@@ -168,7 +170,7 @@ fn entry([start, direction]: [DVec3; 2]) -> DVec3 {
 
 fn brute(light: Light, parts: Parts, ray: [DVec3; 2], particles: u64) -> Brute {
     let index = parts.media[1].index.clone();
-    let ways = light.ways(at_rest(parts), ray, particles, 21);
+    let ways = light.ways(without_sound(parts), ray, particles, 21);
     let nothing = vec![0.0; ORDERS + 3];
     let of = |way: &Option<Way>| match way {
         Some(way) => way.parts(&index),
@@ -198,7 +200,7 @@ fn films_are_means_over_frozen_instants() {
         for ray in rays() {
             for (light, walks, samples) in [(Light::Sky, 300, 4_000), (Light::Bulb, 4_000, 12_000)]
             {
-                let scene = light.seen(at_rest(parts.clone()), ray);
+                let scene = light.seen(without_sound(parts.clone()), ray);
                 let film = tagged_film(scene, Some(sidebands), particles(samples));
                 let brute = brute(light, parts.clone(), ray, particles(walks));
                 for (part, (expected, its)) in brute.mean.iter().zip(&brute.error).enumerate() {
@@ -229,7 +231,7 @@ fn light_that_is_scattered_back_once_has_the_phases_of_moved_scatterers() {
         parts.media[1].index.clone(),
         Sidebands::new(WAVELENGTH, ORDERS as u32, 2).unwrap(),
     );
-    let mut scene = seen(at_rest(parts), ray);
+    let mut scene = seen(without_sound(parts), ray);
     scene.emitters = vec![Emitter::Point {
         position: light,
         intensity: Spectrum::ONE,
@@ -285,7 +287,7 @@ fn rates_are_those_of_lengths_between_scatterers_that_flow() {
     let grid = VolumeGrid::new(samples, cube, Placement::Nodes, filter, any).unwrap();
     let flow = Velocity::sampled(VolumeTexture::Grid(Arc::new(grid)));
     for (name, parts) in cases().into_iter().take(2) {
-        let mut parts = at_rest(parts);
+        let mut parts = without_sound(parts);
         parts.media[1].velocity = Some(flow.clone());
         let index = parts.media[1].index.clone();
         let ways = Light::Sky.ways(parts, rays()[0], 400, 5);

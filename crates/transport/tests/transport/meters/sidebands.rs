@@ -35,7 +35,7 @@ fn sidebands() -> Sidebands {
     Sidebands::new(WAVELENGTH, ORDERS, DELAYS).unwrap()
 }
 
-pub fn at_rest(mut parts: Parts) -> Parts {
+pub fn without_sound(mut parts: Parts) -> Parts {
     for medium in &mut parts.media {
         medium.index = medium.index.without_sound();
     }
@@ -119,11 +119,11 @@ fn films_and_meters_find_the_same_sidebands() {
     let [ray, _] = rays();
     for (name, parts) in cases() {
         let rendering = tagged_film(
-            seen(at_rest(parts.clone()), ray),
+            seen(without_sound(parts.clone()), ray),
             Some(sidebands()),
             particles(6_000),
         );
-        let parts = lit(at_rest(parts), ray);
+        let parts = lit(without_sound(parts), ray);
         let mut meter = through(&parts.objects, 1, [1, 1], false);
         meter.sidebands = Some(sidebands());
         let meters = [Meter::Irradiance(meter)];
@@ -166,7 +166,7 @@ fn estimators_find_the_same_sidebands() {
     let mut zs = Vec::new();
     let parts_of_layers = 1 + sidebands().parts();
     for (name, parts) in cases() {
-        let parts = pictured(at_rest(parts));
+        let parts = pictured(without_sound(parts));
         let [path, particle, both] = bounded(5);
         let film = |integrator: Integrator, samples| {
             let samples = particles(samples);
@@ -226,7 +226,7 @@ fn add_up(total: f64, part: impl Fn(usize) -> f64, accuracy: f64) {
 fn orders_are_all_light() {
     for (_, parts) in cases() {
         for ray in rays() {
-            let parts = seen(at_rest(parts.clone()), ray);
+            let parts = seen(without_sound(parts.clone()), ray);
             let tagged = tagged_film(parts.clone(), Some(many()), 64);
             let part = |part: usize| layer(&tagged, 1 + part)[0];
             add_up(layer(&tagged, 0)[0], part, 1e-5);
@@ -253,7 +253,7 @@ fn orders_are_all_light_of_layers() {
     };
     let count = LightParts::Sidebands(many()).count();
     for (name, parts) in cases() {
-        let parts = seen(at_rest(parts), rays()[0]);
+        let parts = seen(without_sound(parts), rays()[0]);
         let [tagged, plain] = [Some(many()), None].map(|s| layered(parts.clone(), s));
         let mut lit = 0;
         for bounces in 0..4 {
@@ -276,7 +276,7 @@ fn orders_are_all_fluence() {
     for (_, parts) in cases() {
         let meters = [Estimator::TrackLength, Estimator::Collision]
             .map(|estimator| Meter::Fluence(voxels(estimator, many())));
-        let parts = lit(at_rest(parts), rays()[0]);
+        let parts = lit(without_sound(parts), rays()[0]);
         let measured = run(parts, &meters, &options(400, 3));
         for meter in 0..2 {
             let [total, orders, delays] = ["fluence", "fluence_sidebands", "fluence_correlation"]
@@ -311,7 +311,7 @@ fn voxels(estimator: Estimator, sidebands: Sidebands) -> FluenceMeter {
 fn track_lengths_and_collisions_find_the_same_sidebands() {
     let mut zs = Vec::new();
     for ((_, parts), seed) in cases().into_iter().take(2).zip([5, 6]) {
-        let parts = lit(at_rest(parts), rays()[0]);
+        let parts = lit(without_sound(parts), rays()[0]);
         let measured = [Estimator::TrackLength, Estimator::Collision].map(|estimator| {
             let meter = Meter::Fluence(voxels(estimator, sidebands()));
             let seed = seed + 100 * u64::from(estimator == Estimator::Collision);
@@ -346,7 +346,7 @@ fn meshes() -> Parts {
 #[test]
 fn sidebands_of_meters_are_sums_over_records() {
     for (name, parts) in cases().into_iter().chain([("meshes", meshes())]) {
-        let parts = at_rest(parts);
+        let parts = without_sound(parts);
         let mut meter = through(&parts.objects, 0, [1, 1], false);
         meter.sidebands = Some(sidebands());
         let wanted = Meter::Irradiance(meter.clone());
@@ -389,7 +389,7 @@ fn records_do_not_depend_on_what_else_is_asked() {
         count: 4,
     };
     for (name, parts) in cases() {
-        let parts = at_rest(parts);
+        let parts = without_sound(parts);
         let mut meter = through(&parts.objects, 0, [1, 1], false);
         (meter.tagged, meter.most_records) = (true, Some(1_000_000));
         (meter.optical_length, meter.weight_windows) = (Some(gates), true);

@@ -180,15 +180,15 @@ pub fn length_through(index: &Field, places: &[DVec3], tolerance: f64) -> f64 {
 /// reflections are left out.
 fn tagged_paths(parts: &Parts, particles: u64) -> Vec<(Path, DVec3, DVec2)> {
     let seed = 11;
-    let mut at_rest = parts.clone();
-    for medium in &mut at_rest.media {
+    let mut without_sound = parts.clone();
+    for medium in &mut without_sound.media {
         medium.index = medium.index.without_sound();
     }
     let meter = tagged_meter(parts);
     let mut options = options(particles, seed);
     options.rr_depth = u32::MAX;
-    let scene = Scene::new(at_rest.clone()).unwrap();
-    let measured = run(at_rest, &[meter], &options);
+    let scene = Scene::new(without_sound.clone()).unwrap();
+    let measured = run(without_sound, &[meter], &options);
     let table = measured.records[0].as_ref().unwrap();
     let mut rows: BTreeMap<u64, Vec<usize>> = BTreeMap::new();
     for row in (0..table.particle.len()).filter(|row| table.side[*row] == 0.0) {

@@ -13,17 +13,17 @@ const MAX_PIECES: u32 = 8;
 
 /// Fluence in a cell, with the modulation of one of its pieces.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Stay {
+pub(super) struct Dwell {
     pub cell: usize,
     pub fluence: Spectrum,
     pub modulation: DVec2,
     pieces: u32,
 }
 
-impl Stay {
+impl Dwell {
     /// Creates a dwell from the first piece in a cell.
     pub(super) fn new(cell: usize, fluence: Spectrum, modulation: DVec2) -> Self {
-        Stay {
+        Dwell {
             cell,
             fluence,
             modulation,
@@ -33,7 +33,7 @@ impl Stay {
 
     /// Returns true if another piece in a cell can be added. With several channels each piece keeps
     /// its own modulation, because pieces may differ in colour.
-    pub(super) fn goes_on(&self, cell: usize, channels: usize) -> bool {
+    pub(super) fn continues(&self, cell: usize, channels: usize) -> bool {
         self.cell == cell && self.pieces < MAX_PIECES && channels == 1
     }
 
@@ -65,14 +65,14 @@ mod tests {
         for _ in 0..number {
             let at = |piece: usize| move |u: f64| DVec2::new(piece as f64, u);
             let first = at(0)(rng.next_1d());
-            let mut stay = Stay::new(7, Spectrum::from(fluence[0]), first);
+            let mut dwell = Dwell::new(7, Spectrum::from(fluence[0]), first);
             for (piece, fluence) in fluence.into_iter().enumerate().skip(1) {
-                assert!(stay.goes_on(7, 1) && !stay.goes_on(8, 1) && !stay.goes_on(7, 3));
-                stay.add(Spectrum::from(fluence), rng.next_1d(), at(piece));
+                assert!(dwell.continues(7, 1) && !dwell.continues(8, 1) && !dwell.continues(7, 3));
+                dwell.add(Spectrum::from(fluence), rng.next_1d(), at(piece));
             }
-            assert_eq!(stay.fluence[0], 8.0);
-            let u = stay.modulation.y;
-            let sums = &mut chosen[stay.modulation.x as usize];
+            assert_eq!(dwell.fluence[0], 8.0);
+            let u = dwell.modulation.y;
+            let sums = &mut chosen[dwell.modulation.x as usize];
             *sums = [sums[0] + 1.0, sums[1] + u, sums[2] + u * u];
         }
         for ([count, sum, squares], fluence) in chosen.into_iter().zip(fluence) {
@@ -87,11 +87,11 @@ mod tests {
     }
 
     #[test]
-    fn stays_are_of_few_pieces() {
-        let mut stay = Stay::new(0, Spectrum::ONE, DVec2::ZERO);
-        while stay.goes_on(0, 1) {
-            stay.add(Spectrum::ONE, 0.5, |_| DVec2::ZERO);
+    fn dwells_are_of_few_pieces() {
+        let mut dwell = Dwell::new(0, Spectrum::ONE, DVec2::ZERO);
+        while dwell.continues(0, 1) {
+            dwell.add(Spectrum::ONE, 0.5, |_| DVec2::ZERO);
         }
-        assert_eq!((stay.fluence[0], stay.pieces), (8.0, MAX_PIECES));
+        assert_eq!((dwell.fluence[0], dwell.pieces), (8.0, MAX_PIECES));
     }
 }
