@@ -102,7 +102,7 @@ fn collect(target: &Path) {
         for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
             let name = entry.file_name();
             if let Some(name) = name.to_str().filter(|name| name.starts_with(PREFIX))
-                && is_left(&entry.path(), name)
+                && is_abandoned(&entry.path(), name)
             {
                 // Ignore failures: another process may have removed the file, or own it.
                 let _ = fs::remove_file(entry.path());
@@ -112,7 +112,7 @@ fn collect(target: &Path) {
 }
 
 /// Returns true if no process works on a file any more.
-fn is_left(path: &Path, name: &str) -> bool {
+fn is_abandoned(path: &Path, name: &str) -> bool {
     let Some(ours) = name.strip_prefix(PREFIX).filter(|n| n.ends_with(SUFFIX)) else {
         return false;
     };

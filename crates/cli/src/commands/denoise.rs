@@ -6,7 +6,7 @@ use crate::load::file_name;
 use crate::oidn::Oidn;
 use crate::output::say;
 use crate::{config, numbers};
-use io::image::denoised::{DenoiseOptions, Denoising, Moved};
+use io::image::denoised::{DenoiseOptions, Denoising, ChangedFractions};
 use io::image::exposure::Exposure;
 use io::image::{ImageLayers, exr};
 use std::process::ExitCode;
@@ -63,7 +63,7 @@ pub fn denoise(args: &DenoiseArgs) -> Result<ExitCode, CommandError> {
 }
 
 /// Describes in a few words how far values moved.
-fn moved(moved: Option<Moved>) -> Vec<String> {
+fn moved(moved: Option<ChangedFractions>) -> Vec<String> {
     let Some(moved) = moved else {
         return Vec::new();
     };

@@ -86,12 +86,12 @@ pub struct Denoised {
     /// Image with the layers [`LAYER`] and, if standard errors are known, [`DIFFERENCE`].
     pub image: ImageLayers,
     /// Statistics of the changed values, if standard errors are known.
-    pub moved: Option<Moved>,
+    pub moved: Option<ChangedFractions>,
 }
 
 /// Statistics of the values that a denoiser changed, relative to their standard errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Moved {
+pub struct ChangedFractions {
     /// Fraction of the values with a standard error that changed by more than three standard
     /// errors. With normal noise, 0.0027 of the values of an estimate are this far from the truth.
     pub beyond_three: f64,
@@ -349,8 +349,8 @@ impl Counts {
         z as f32
     }
 
-    fn moved(&self) -> Moved {
-        Moved {
+    fn moved(&self) -> ChangedFractions {
+        ChangedFractions {
             beyond_three: self.far as f64 / self.known.max(1) as f64,
             unknown: (self.all - self.known) as f64 / self.all.max(1) as f64,
         }
