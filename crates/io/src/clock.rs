@@ -28,18 +28,18 @@ impl Stopped {
 
 /// Clock that ends a run at its time limit, or when the user interrupts it.
 pub struct Clock<'a> {
-    asked: &'a (dyn Fn() -> bool + Sync),
+    requested: &'a (dyn Fn() -> bool + Sync),
     time: Option<Duration>,
     started: Instant,
     stopped: Option<Stopped>,
 }
 
 impl<'a> Clock<'a> {
-    /// Starts the clock. The run may take at most `time`; `asked` returns true once the user has
-    /// interrupted the run.
-    pub fn start(time: Option<Duration>, asked: &'a (dyn Fn() -> bool + Sync)) -> Self {
+    /// Starts the clock. The run may take at most `time`; `requested` returns true once the user
+    /// has interrupted the run.
+    pub fn start(time: Option<Duration>, requested: &'a (dyn Fn() -> bool + Sync)) -> Self {
         Clock {
-            asked,
+            requested,
             time,
             started: Instant::now(),
             stopped: None,
@@ -65,7 +65,7 @@ impl<'a> Clock<'a> {
 
     fn reason(&self) -> Option<Stopped> {
         let is_over = self.time.is_some_and(|time| self.started.elapsed() >= time);
-        if (self.asked)() {
+        if (self.requested)() {
             Some(Stopped::Interrupted)
         } else {
             is_over.then_some(Stopped::Time)
@@ -87,9 +87,9 @@ mod tests {
         assert_eq!(late.look(true), ControlFlow::Continue(()));
         assert_eq!(late.look(false), ControlFlow::Break(()));
         assert_eq!(late.end(&handle), Some(Stopped::Time));
-        let mut asked = Clock::start(Some(Duration::ZERO), &|| true);
-        assert_eq!(asked.look(true), ControlFlow::Continue(()));
-        assert_eq!(asked.end(&handle), None);
+        let mut requested = Clock::start(Some(Duration::ZERO), &|| true);
+        assert_eq!(requested.look(true), ControlFlow::Continue(()));
+        assert_eq!(requested.end(&handle), None);
         handle.end_now();
         let given_up = Clock::start(None, &|| true);
         assert_eq!(given_up.end(&handle), Some(Stopped::Interrupted));

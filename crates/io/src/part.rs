@@ -72,7 +72,7 @@ pub enum Body {
 
 /// Difference between parts that do not belong to one render.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Foreign {
+pub enum PartMismatch {
     /// Different versions of the program.
     #[error(
         "it was made by version {0} of morgana, but this is version {1}: use version {0}, or render it again"
@@ -106,15 +106,15 @@ impl Header {
     ///
     /// # Errors
     /// Returns the first difference, as seen from `self`.
-    pub fn agrees(&self, other: &Header) -> Result<(), Foreign> {
+    pub fn agrees(&self, other: &Header) -> Result<(), PartMismatch> {
         let clone = |a: &String, b: &String| (a.clone(), b.clone());
         if self.version != other.version {
             let (a, b) = clone(&self.version, &other.version);
-            return Err(Foreign::Version(a, b));
+            return Err(PartMismatch::Version(a, b));
         }
         if self.scene_hash != other.scene_hash {
             let short = |hash: &String| hash.chars().take(12).collect();
-            return Err(Foreign::Scene(
+            return Err(PartMismatch::Scene(
                 short(&self.scene_hash),
                 short(&other.scene_hash),
             ));
@@ -128,13 +128,13 @@ impl Header {
         for (name, _) in names.filter(|(name, _)| name != REASON) {
             let (mine, others) = (value(self, name), value(other, name));
             if mine != others {
-                return Err(Foreign::Setting(name.clone(), mine, others));
+                return Err(PartMismatch::Setting(name.clone(), mine, others));
             }
         }
         // Scene and settings are equal here, so both digests cover one set of estimator and meters.
         if self.results != other.results {
             let (a, b) = clone(&self.results, &other.results);
-            return Err(Foreign::Results(self.version.clone(), a, b));
+            return Err(PartMismatch::Results(self.version.clone(), a, b));
         }
         Ok(())
     }
@@ -182,12 +182,12 @@ impl Part {
     /// # Errors
     /// Returns an error for a part of another render, or one with samples that are already here.
     /// `self` then remains unchanged.
-    pub fn merge(&mut self, other: &Part) -> Result<(), Foreign> {
+    pub fn merge(&mut self, other: &Part) -> Result<(), PartMismatch> {
         other.header.agrees(&self.header)?;
         if other.header.total != self.header.total {
             let text = |total: Option<u64>| total.map_or("any number of".into(), |n| n.to_string());
             let totals = (text(other.header.total), text(self.header.total));
-            return Err(Foreign::Total(totals.0, totals.1));
+            return Err(PartMismatch::Total(totals.0, totals.1));
         }
         match (&mut self.body, &other.body) {
             (Body::Image(a), Body::Image(b)) => a.merge(b)?,

@@ -209,7 +209,7 @@ impl Scene {
     fn _doubts<'py>(&self, py: Python<'py>, integrator: &str) -> PyResult<Vec<Bound<'py, PyAny>>> {
         let estimator = self.loaded.renderer_named(integrator);
         let named = estimator.map_err(|d| errors::scene(&d))?;
-        errors::diagnostics(py, &named.doubts)
+        errors::diagnostics(py, &named.warnings)
     }
 
     /// Names of all layers of the picture, in the order of the film.

@@ -1,6 +1,6 @@
 //! Values outside their limits. Values within rounding of a limit are clipped, with a note.
 
-use super::texture_role::{Asked, Role};
+use super::texture_role::{RequestedValues, Role};
 use crate::diagnostic::{Diagnostic, lints};
 use crate::volume::place;
 use eikonal::Shown;
@@ -104,7 +104,7 @@ impl Pixels {
     pub(super) fn verdict(
         &self,
         name: &str,
-        Asked { role, factor }: Asked,
+        RequestedValues { role, factor }: RequestedValues,
     ) -> Result<Option<Diagnostic>, Diagnostic> {
         if matches!(role, Role::Vector | Role::Height) {
             return Ok(None);

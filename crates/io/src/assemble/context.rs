@@ -6,9 +6,9 @@ use super::channels::Channels;
 use super::clipping;
 use super::colour;
 use super::placed_grid;
+use super::side_request::SideRequest;
 use super::sound_record::SoundRecord;
 use super::texture_role::Role;
-use super::wish::Wish;
 use crate::diagnostic::Difference;
 use crate::diagnostic::{Diagnostic, Diagnostics, Location, lints};
 use crate::query::resolve;
@@ -56,7 +56,7 @@ pub(super) struct Context<'a> {
     /// Divided volumes whose sides are settled.
     pub partitions: Vec<Partition>,
     /// Media on the two sides of each object, as its description requests them.
-    pub wishes: Vec<Wish>,
+    pub side_requests: Vec<SideRequest>,
     pub places: Places,
     /// Number of triangles of all copies.
     pub copied: usize,
@@ -135,7 +135,7 @@ impl<'a> Context<'a> {
             meters: Vec::new(),
             divided: Vec::new(),
             partitions: Vec::new(),
-            wishes: Vec::new(),
+            side_requests: Vec::new(),
             places: Places {
                 media: vec![None],
                 objects: Vec::new(),

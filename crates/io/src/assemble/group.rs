@@ -381,9 +381,10 @@ impl<'a> Children<'a> {
             if !problems.is_empty() {
                 return None;
             }
-            if let Some(doubt) = tagging::doubt(&scene, &tagged) {
-                let doubt = lints::warning(lints::TAGGED_WAVELENGTH, doubt).at(&self.root.location);
-                report.diagnostics.push(doubt);
+            if let Some(warning) = tagging::warning(&scene, &tagged) {
+                let warning =
+                    lints::warning(lints::TAGGED_WAVELENGTH, warning).at(&self.root.location);
+                report.diagnostics.push(warning);
             }
             if let Some(note) = tagging::note(&scene) {
                 let note = lints::note(lints::SOUND_FREQUENCIES, note).at(&self.root.location);
@@ -439,7 +440,7 @@ impl<'a> Children<'a> {
                 report.add(p)
             });
         // Warn about the finished scene.
-        report.all(&lint::doubts(&scene, &method, &instruments));
+        report.all(&lint::warnings(&scene, &method, &instruments));
         let camera = self.cameras.first().filter(|_| instruments.is_empty());
         report.all(camera.and_then(|c| lint::narrow_view(c, &scene)).iter());
         if let (Some(medium), [camera, ..]) = (sensor.medium, &self.cameras[..])

@@ -55,7 +55,7 @@ impl Instrument {
 
     /// Returns a warning about cells in which the meter cannot score, because no medium attenuates
     /// light there.
-    pub(super) fn doubt(&self, scene: &Scene) -> Option<SceneProblem> {
+    pub(super) fn warning(&self, scene: &Scene) -> Option<SceneProblem> {
         let Meter::Fluence(meter) = &self.meter else {
             return None;
         };

@@ -3,7 +3,7 @@
 use super::channels::Channels;
 use super::context::Context;
 use super::options::LoadOptions;
-use super::quantities::{AskedQuantities, NamedQuantity, Setting, asks_for_colour, square_of};
+use super::quantities::{NamedQuantity, RequestedQuantities, Setting, requests_colour, square_of};
 use super::tagging::sidebands;
 use crate::diagnostic::{Diagnostic, Diagnostics, suggest};
 use crate::query::{Query, unknown_plugin};
@@ -37,7 +37,7 @@ const KNOWN: [(&str, Kind); 13] = [
     ("photon", Kind::Photon),
     ("sppm", Kind::Sppm),
 ];
-/// Parameters specific to `aov`: see [`AskedQuantities::of`].
+/// Parameters specific to `aov`: see [`RequestedQuantities::of`].
 const AOV: [&str; 3] = ["aovs", "wavelength", "reference_index"];
 /// Number of edges of a path that scatters once: from the emitter to the surface to the sensor.
 const DIRECT_DEPTH: u32 = 2;
@@ -188,13 +188,13 @@ fn shows_colour(root: &ObjectDescription) -> bool {
     let chain = std::iter::successors(nested_in(root), |object| nested_in(object));
     let lists = chain.flat_map(|object| &object.properties);
     let mut lists = lists.filter(|property| property.name == "aovs");
-    lists.any(|list| matches!(&list.value, Value::String(list) if asks_for_colour(list)))
+    lists.any(|list| matches!(&list.value, Value::String(list) if requests_colour(list)))
 }
 
 /// Results that wrapping integrators add to the wrapped integrator.
 #[derive(Default)]
 struct Additions {
-    quantities: AskedQuantities,
+    quantities: RequestedQuantities,
     /// True if second moments of the wrapped results are requested.
     squared: bool,
     /// Requested parts of light.
@@ -240,14 +240,14 @@ pub(super) fn build(
         if written == Kind::Aov && kind == Kind::Aov {
             let setting = Setting::new(object, squared, context);
             let mut query = Query::new(object, context.diagnostics);
-            let own = AskedQuantities::of(&mut query, &setting);
+            let own = RequestedQuantities::of(&mut query, &setting);
             quantities.add(own, &mut query);
         }
     }
     if kind == Kind::Depth {
         quantities.add_depth(squared);
     } else if is_aov && quantities.is_empty() {
-        quantities = AskedQuantities::all();
+        quantities = RequestedQuantities::all();
     }
     if is_aov {
         parameters.aov = quantities.tracer();
@@ -336,8 +336,8 @@ fn holders(object: &ObjectDescription, context: &mut Context) -> Additions {
         if let Some(setting) = setting
             && !(query.has("aovs") && query.string("aovs").is_empty())
         {
-            let asked = AskedQuantities::of(&mut query, &setting);
-            additions.quantities.add(asked, &mut query);
+            let requested = RequestedQuantities::of(&mut query, &setting);
+            additions.quantities.add(requested, &mut query);
         }
         query.finish(&[]);
         if let Some(sidebands) = sidebands.flatten() {

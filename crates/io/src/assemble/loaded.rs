@@ -29,7 +29,7 @@ pub struct NamedRenderer {
     /// Estimators from which a pilot chooses, if the name is `auto`: see [`Loaded::candidates`].
     pub candidates: Vec<Integrator>,
     /// Warnings about the renderer.
-    pub doubts: Diagnostics,
+    pub warnings: Diagnostics,
 }
 
 /// Scene that is ready to render.
@@ -211,7 +211,7 @@ impl Loaded {
         Ok(NamedRenderer {
             renderer,
             candidates,
-            doubts: diagnostics,
+            warnings: diagnostics,
         })
     }
 }

@@ -26,7 +26,7 @@ pub struct NamedQuantity {
 
 /// Quantity requested in a list.
 #[derive(Clone, Debug)]
-pub(super) struct Asked {
+pub(super) struct RequestedQuantity {
     aov: Aov,
     /// Name, if it differs from the quantity's own.
     name: Option<String>,
@@ -35,8 +35,8 @@ pub(super) struct Asked {
 
 /// Quantities requested by one `aov`, or by several nested `aov`s.
 #[derive(Clone, Debug, Default)]
-pub(super) struct AskedQuantities {
-    list: Vec<Asked>,
+pub(super) struct RequestedQuantities {
+    list: Vec<RequestedQuantity>,
     reference: Option<ReferenceIndex>,
     wavelength: Option<f64>,
 }
@@ -82,10 +82,12 @@ const SQUARE: &str = "m2";
 /// and suffix, to 255 bytes.
 const MAX_NAME_LENGTH: usize = 200;
 
-impl AskedQuantities {
+impl RequestedQuantities {
     /// Returns true if a quantity has this name.
     pub(super) fn has(&self, name: &str) -> bool {
-        self.list.iter().any(|asked| asked.named(true).name == name)
+        self.list
+            .iter()
+            .any(|requested| requested.named(true).name == name)
     }
 }
 
@@ -102,7 +104,7 @@ impl NamedQuantity {
     }
 }
 
-impl Asked {
+impl RequestedQuantity {
     /// Returns the quantity with the names of its channels. If `beside` is true, it accompanies
     /// light, and each channel belongs to a layer.
     fn named(&self, beside: bool) -> NamedQuantity {
@@ -125,7 +127,7 @@ impl Asked {
     }
 }
 
-impl AskedQuantities {
+impl RequestedQuantities {
     /// Reads the quantities of one `aov`. Without a list these are all quantities of the ray path,
     /// including waves if a wavelength is given.
     pub(super) fn of(query: &mut Query, setting: &Setting) -> Self {
@@ -136,7 +138,7 @@ impl AskedQuantities {
         } else {
             unlisted(wavelength.is_some(), setting.squared)
         };
-        let asks = |aov: Aov| list.iter().any(|asked| asked.aov == aov);
+        let asks = |aov: Aov| list.iter().any(|requested| requested.aov == aov);
         if asks(Aov::Waves) && wavelength.is_none() {
             let message = "waves need a 'wavelength', in vacuum and in scene units";
             query.error("aovs", message);
@@ -146,7 +148,7 @@ impl AskedQuantities {
             query.error("aovs", message);
         }
         check_names(&list, query);
-        AskedQuantities {
+        RequestedQuantities {
             list,
             reference: setting.reference,
             wavelength,
@@ -155,16 +157,20 @@ impl AskedQuantities {
 
     /// Returns all quantities of the ray path, except waves, which need a wavelength.
     pub(super) fn all() -> Self {
-        AskedQuantities {
+        RequestedQuantities {
             list: unlisted(false, false),
-            ..AskedQuantities::default()
+            ..RequestedQuantities::default()
         }
     }
 
     /// Adds the distance to the first surface, unless it is requested already.
     pub(super) fn add_depth(&mut self, squared: bool) {
-        if self.list.iter().all(|asked| asked.aov != Aov::Depth) {
-            self.list.push(Asked {
+        if self
+            .list
+            .iter()
+            .all(|requested| requested.aov != Aov::Depth)
+        {
+            self.list.push(RequestedQuantity {
                 aov: Aov::Depth,
                 name: None,
                 squared,
@@ -190,7 +196,7 @@ impl AskedQuantities {
 
     /// Returns the tracer of the quantities.
     pub(super) fn tracer(&self) -> AovTracer {
-        let wanted: Vec<Aov> = self.list.iter().map(|asked| asked.aov).collect();
+        let wanted: Vec<Aov> = self.list.iter().map(|requested| requested.aov).collect();
         let mut tracer = AovTracer::new(&wanted);
         (tracer.reference, tracer.wavelength) = (self.reference, self.wavelength);
         tracer
@@ -201,25 +207,25 @@ impl AskedQuantities {
     pub(super) fn named(&self, beside: bool) -> Vec<NamedQuantity> {
         let tracer = self.tracer();
         let named = |aov| {
-            let asked = self.list.iter().find(|asked| asked.aov == aov);
-            let added = Asked {
+            let requested = self.list.iter().find(|requested| requested.aov == aov);
+            let added = RequestedQuantity {
                 aov,
                 name: None,
                 squared: false,
             };
-            asked.unwrap_or(&added).named(beside)
+            requested.unwrap_or(&added).named(beside)
         };
         tracer.aovs().map(named).collect()
     }
 }
 
 /// Returns true if a list requests a colour.
-pub(super) fn asks_for_colour(list: &str) -> bool {
+pub(super) fn requests_colour(list: &str) -> bool {
     kinds(list).any(|aov| aov == Aov::Albedo)
 }
 
 /// Returns true if a list requests quantities of first surfaces.
-pub(super) fn asks_for_surfaces(list: &str) -> bool {
+pub(super) fn requests_surfaces(list: &str) -> bool {
     kinds(list).any(Aov::is_of_surface)
 }
 
@@ -237,10 +243,10 @@ fn words(list: &str) -> impl Iterator<Item = &str> {
 }
 
 /// Reads a list of quantities such as `deflection, dd.y:depth`.
-fn listed(query: &mut Query, squared: bool) -> Vec<Asked> {
+fn listed(query: &mut Query, squared: bool) -> Vec<RequestedQuantity> {
     let names = Aov::ALL.map(Aov::name);
     let list = query.string("aovs");
-    let mut asked = Vec::new();
+    let mut requested = Vec::new();
     for word in words(&list) {
         let (name, kind) = match word.split_once(':') {
             Some((name, kind)) => (Some(name.to_owned()), kind),
@@ -250,7 +256,7 @@ fn listed(query: &mut Query, squared: bool) -> Vec<Asked> {
             query.error("aovs", format!("'{word}': expected name:type"));
         }
         match find(kind) {
-            Some(aov) => asked.push(Asked { aov, name, squared }),
+            Some(aov) => requested.push(RequestedQuantity { aov, name, squared }),
             None if SCREEN_DERIVATIVES.contains(&kind) => {
                 let message = format!(
                     "'{kind}' is not known: rays have no differentials with respect to pixels"
@@ -263,43 +269,43 @@ fn listed(query: &mut Query, squared: bool) -> Vec<Asked> {
             }
         }
     }
-    if asked.is_empty() {
+    if requested.is_empty() {
         query.error("aovs", format!("expected a list of: {}", names.join(", ")));
     }
-    asked
+    requested
 }
 
 /// Returns all quantities of the ray path, with waves only if `waves` is true.
-fn unlisted(waves: bool, squared: bool) -> Vec<Asked> {
+fn unlisted(waves: bool, squared: bool) -> Vec<RequestedQuantity> {
     let all = Aov::ALL.into_iter();
     let wanted = all.filter(|aov| !aov.is_of_surface() && (waves || *aov != Aov::Waves));
-    let asked = |aov| Asked {
+    let requested = |aov| RequestedQuantity {
         aov,
         name: None,
         squared,
     };
-    wanted.map(asked).collect()
+    wanted.map(requested).collect()
 }
 
 /// Reports duplicate quantities, and names that images cannot hold.
-fn check_names(list: &[Asked], query: &mut Query) {
+fn check_names(list: &[RequestedQuantity], query: &mut Query) {
     let mut seen = HashSet::new();
     let mut channels = HashSet::new();
     let mut names = HashSet::new();
-    for asked in list {
-        let named = asked.named(true);
+    for requested in list {
+        let named = requested.named(true);
         if !names.insert(named.name.clone()) {
             let message = format!("two quantities have the name '{}'", named.name);
             query.error("aovs", message);
         }
-        if !seen.insert(asked.aov.name()) {
-            let message = format!("'{}' is listed twice", asked.aov.name());
+        if !seen.insert(requested.aov.name()) {
+            let message = format!("'{}' is listed twice", requested.aov.name());
             query.error("aovs", message);
         } else if let Some(twice) = named.channels.iter().find(|c| channels.contains(*c)) {
             query.error("aovs", format!("two quantities have the channel '{twice}'"));
         }
         channels.extend(named.channels);
-        let Some(name) = &asked.name else {
+        let Some(name) = &requested.name else {
             continue;
         };
         let start = name.split('.').next().unwrap_or(name);

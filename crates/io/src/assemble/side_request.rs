@@ -5,7 +5,7 @@ use transport::scene::MediumId;
 
 /// Media and indices that a shape's description requests for its two sides.
 #[derive(Default)]
-pub(super) struct Wish {
+pub(super) struct SideRequest {
     pub interior: Option<MediumId>,
     pub exterior: Option<MediumId>,
     pub indices: Option<Indices>,

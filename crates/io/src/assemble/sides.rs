@@ -5,7 +5,7 @@
 //! medium that surrounds the shape.
 
 use super::context::{Context, IndexSource};
-use super::wish::Wish;
+use super::side_request::SideRequest;
 use crate::diagnostic::difference;
 use crate::diagnostic::{Diagnostic, Location, lints};
 use eikonal::field::Constant;
@@ -25,9 +25,9 @@ const INDEX_TOLERANCE: f64 = 3e-4;
 /// Determines the media and indices on both sides of all objects.
 pub(super) fn settle(context: &mut Context) {
     // Determine the medium inside each object.
-    let wishes = std::mem::take(&mut context.wishes);
-    for (i, wish) in wishes.iter().enumerate() {
-        let interior = interior(i, wish, context);
+    let side_requests = std::mem::take(&mut context.side_requests);
+    for (i, request) in side_requests.iter().enumerate() {
+        let interior = interior(i, request, context);
         // Determine the exterior later, because it depends on all interiors.
         context.objects[i].sides = interior.map(|interior| Sides {
             interior,
@@ -38,17 +38,17 @@ pub(super) fn settle(context: &mut Context) {
     divide(context);
     // Determine the medium outside each other object.
     let bodies = Bodies::new(&context.objects, &context.partitions);
-    for (i, wish) in wishes.iter().enumerate() {
-        let speaks = wish.exterior.is_some() || context.objects[i].sides.is_some();
+    for (i, request) in side_requests.iter().enumerate() {
+        let speaks = request.exterior.is_some() || context.objects[i].sides.is_some();
         let divides = context.partitions.iter().any(|p| p.objects.contains(&i));
         if !speaks || divides {
             continue;
         }
-        let exterior = wish
+        let exterior = request
             .exterior
             .unwrap_or_else(|| surrounding(i, &bodies, context));
-        if wish.exterior.is_none() && exterior != AMBIENT {
-            let difference = match wish.interior {
+        if request.exterior.is_none() && exterior != AMBIENT {
+            let difference = match request.interior {
                 Some(_) => Some(difference::EXTERIOR),
                 None => {
                     (!context.media[exterior].is_transparent()).then_some(difference::CLEAR_GLASS)
@@ -59,9 +59,9 @@ pub(super) fn settle(context: &mut Context) {
         let interior = context.objects[i].interior().unwrap_or(exterior);
         context.objects[i].sides = Some(Sides { interior, exterior });
     }
-    for (i, wish) in wishes.iter().enumerate() {
+    for (i, request) in side_requests.iter().enumerate() {
         if let Some(sides) = context.objects[i].sides {
-            apply_indices(i, wish, sides, context);
+            apply_indices(i, request, sides, context);
         }
     }
     match_divided(context);
@@ -152,9 +152,9 @@ fn is_near_others(object: usize, own: &Range<usize>, context: &Context) -> bool 
 }
 
 /// Returns the medium inside an object. A dielectric without a medium encloses a transparent one.
-fn interior(i: usize, wish: &Wish, context: &mut Context) -> Option<MediumId> {
-    if wish.interior.is_some() || wish.indices.is_none() {
-        return wish.interior;
+fn interior(i: usize, request: &SideRequest, context: &mut Context) -> Option<MediumId> {
+    if request.interior.is_some() || request.indices.is_none() {
+        return request.interior;
     }
     let name = format!("inside of {}", context.objects[i].name);
     let place = Some(context.places.objects[i].clone());
@@ -175,8 +175,8 @@ fn surrounding(i: usize, bodies: &Bodies, context: &Context) -> MediumId {
 }
 
 /// Sets the indices that a dielectric requests for the media on its sides.
-fn apply_indices(object: usize, wish: &Wish, sides: Sides, context: &mut Context) {
-    let Some(indices) = &wish.indices else {
+fn apply_indices(object: usize, request: &SideRequest, sides: Sides, context: &mut Context) {
+    let Some(indices) = &request.indices else {
         return;
     };
     let inner = indices

@@ -3,7 +3,7 @@
 use super::assets::Attributes;
 use super::clipping::{Pixels, without_rounding};
 use super::context::Context;
-pub(super) use super::texture_role::{Asked, Role};
+pub(super) use super::texture_role::{RequestedValues, Role};
 use crate::diagnostic::{Location, shown, suggest};
 use crate::image::RgbImage;
 use crate::mesh::MeshAttribute;
@@ -31,19 +31,26 @@ pub(super) fn texture(
     vertices: &Vertices,
     context: &mut Context,
 ) -> Texture {
-    texture_for(Asked::plainly(role), input, parent, name, vertices, context)
+    texture_for(
+        RequestedValues::plainly(role),
+        input,
+        parent,
+        name,
+        vertices,
+        context,
+    )
 }
 
 /// Builds the texture of a quantity for a role and a factor.
 fn texture_for(
-    asked: Asked,
+    requested: RequestedValues,
     input: Input,
     parent: &ObjectDescription,
     name: &str,
     vertices: &Vertices,
     context: &mut Context,
 ) -> Texture {
-    let role = asked.role;
+    let role = requested.role;
     match input {
         Input::Spectrum(SpectrumValue::Rgb([x, y, z])) if role == Role::Vector => {
             Texture::Uniform(Spectrum([x, y, z, 0.0]))
@@ -54,31 +61,31 @@ fn texture_for(
             Texture::Uniform(context.spectrum(&value, role, location))
         }
         Input::Object(object) => {
-            nested(asked, object, vertices, context).unwrap_or(Texture::Uniform(Spectrum::ZERO))
+            nested(requested, object, vertices, context).unwrap_or(Texture::Uniform(Spectrum::ZERO))
         }
     }
 }
 
 /// Builds a texture from its plugin. A bitmap is built once, for all surfaces that it covers.
 fn nested(
-    asked: Asked,
+    requested: RequestedValues,
     object: &ObjectDescription,
     vertices: &Vertices,
     context: &mut Context,
 ) -> Option<Texture> {
-    let role = asked.role;
+    let role = requested.role;
     match object.plugin.as_str() {
         "bitmap" => context.once(
             |assets| &mut assets.textures,
             (object.number, role),
             |context| {
-                let bitmap = bitmap(asked, object, context)?;
+                let bitmap = bitmap(requested, object, context)?;
                 Some(Texture::Bitmap(Arc::new(bitmap)))
             },
         ),
-        "checkerboard" => Some(checkerboard(asked, object, vertices, context)),
+        "checkerboard" => Some(checkerboard(requested, object, vertices, context)),
         "mesh_attribute" => attribute(object, role, vertices, context),
-        "scale" => Some(scaled(asked, object, vertices, context)),
+        "scale" => Some(scaled(requested, object, vertices, context)),
         "volume" => volume(object, role, context),
         _ => {
             unknown_plugin(object, context.diagnostics);
@@ -89,7 +96,7 @@ fn nested(
 
 /// Builds a nested texture, or a spectrum, times a factor.
 fn scaled(
-    asked: Asked,
+    requested: RequestedValues,
     object: &ObjectDescription,
     vertices: &Vertices,
     context: &mut Context,
@@ -101,17 +108,17 @@ fn scaled(
         None => Input::Spectrum(q.spectrum("value")),
     };
     q.finish(&[]);
-    let role = asked.role;
+    let role = requested.role;
     let least = match &factor {
         SpectrumValue::Uniform(v) | SpectrumValue::EqualEnergy(v) => *v,
         SpectrumValue::Rgb(rgb) => rgb.iter().copied().fold(f64::INFINITY, f64::min),
         _ => 0.0,
     };
-    let asked = Asked {
-        factor: asked.factor * least,
-        ..asked
+    let requested = RequestedValues {
+        factor: requested.factor * least,
+        ..requested
     };
-    let nested = texture_for(asked, input, object, "value", vertices, context);
+    let nested = texture_for(requested, input, object, "value", vertices, context);
     let is_colour = matches!(factor, SpectrumValue::Rgb([r, g, b]) if r != g || g != b);
     if is_colour && (role.is_number() || context.channels.count() == 1) {
         let message = "a colour cannot scale what becomes one number: make 'scale' a number";
@@ -174,7 +181,7 @@ fn constant(object: &ObjectDescription, role: Role, context: &mut Context) -> Te
 
 /// Builds a checkerboard of two values or nested textures.
 fn checkerboard(
-    asked: Asked,
+    requested: RequestedValues,
     object: &ObjectDescription,
     vertices: &Vertices,
     context: &mut Context,
@@ -184,7 +191,7 @@ fn checkerboard(
     let to_uv = to_uv(&mut q);
     q.finish(&[]);
     let colours =
-        colours.map(|(name, input)| texture_for(asked, input, object, name, vertices, context));
+        colours.map(|(name, input)| texture_for(requested, input, object, name, vertices, context));
     Texture::Checkerboard(Arc::new(Checkerboard::new(colours, to_uv)))
 }
 
@@ -260,14 +267,18 @@ fn no_attribute(name: &str, attributes: &[MeshAttribute]) -> String {
 }
 
 /// Builds a texture from an image; `None` after an error.
-fn bitmap(asked: Asked, object: &ObjectDescription, context: &mut Context) -> Option<Bitmap> {
+fn bitmap(
+    requested: RequestedValues,
+    object: &ObjectDescription,
+    context: &mut Context,
+) -> Option<Bitmap> {
     let mut q = Query::new(object, context.diagnostics);
     let source = picture(&mut q, context.files);
     let (filter, wrap) = (filter(&mut q), wrap(&mut q));
     let to_uv = to_uv(&mut q);
     q.finish(&[]);
     let picture = source?;
-    let (channels, data) = clipped(&picture, asked, &object.location, context)?;
+    let (channels, data) = clipped(&picture, requested, &object.location, context)?;
     let size = [picture.image.width, picture.image.height];
     let bitmap = Bitmap::new(size, channels, data, filter, wrap, to_uv);
     context.accept(&object.location, bitmap)
@@ -280,8 +291,8 @@ pub(super) fn screen(object: &ObjectDescription, context: &mut Context) -> Optio
     let (filter, wrap) = (filter(&mut q), wrap(&mut q));
     q.finish(&[]);
     let picture = source?;
-    let asked = Asked::plainly(Role::Emission);
-    let (channels, data) = clipped(&picture, asked, &object.location, context)?;
+    let requested = RequestedValues::plainly(Role::Emission);
+    let (channels, data) = clipped(&picture, requested, &object.location, context)?;
     let used = context.channels_of_group();
     let spectrum = |values: &[f32]| {
         let channel = |c: usize| f64::from(values[c.min(channels - 1)]);
@@ -308,8 +319,8 @@ pub(super) fn transmittances(
     let source = picture(&mut q, context.files);
     q.finish(&[]);
     let picture = source?;
-    let asked = Asked::plainly(Role::Number);
-    let (_, data) = clipped(&picture, asked, &object.location, context)?;
+    let requested = RequestedValues::plainly(Role::Number);
+    let (_, data) = clipped(&picture, requested, &object.location, context)?;
     let size = [picture.image.width, picture.image.height];
     Some((size, data.into_iter().map(f64::from).collect()))
 }
@@ -318,19 +329,19 @@ pub(super) fn transmittances(
 /// clipped; `None` if they are refused. Reports both.
 fn clipped(
     picture: &Picture,
-    asked: Asked,
+    requested: RequestedValues,
     location: &Location,
     context: &mut Context,
 ) -> Option<(usize, Vec<f32>)> {
-    let pixels = pixels(picture, asked.role, context);
+    let pixels = pixels(picture, requested.role, context);
     let (channels, mut data) = context.accept(location, pixels)?;
     let mut seen = Pixels::new();
     for pixel in data.chunks_exact(channels) {
         seen.see(pixel.iter().copied().map(f64::from), 1.0);
     }
-    if accepted(&seen, &picture.name, asked, location, context)? {
+    if accepted(&seen, &picture.name, requested, location, context)? {
         for v in &mut data {
-            *v = without_rounding(f64::from(*v), asked.role) as f32;
+            *v = without_rounding(f64::from(*v), requested.role) as f32;
         }
     }
     Some((channels, data))
@@ -340,11 +351,11 @@ fn clipped(
 pub(super) fn accepted(
     seen: &Pixels,
     name: &str,
-    asked: Asked,
+    requested: RequestedValues,
     location: &Location,
     context: &mut Context,
 ) -> Option<bool> {
-    let (message, accepted) = match seen.verdict(name, asked) {
+    let (message, accepted) = match seen.verdict(name, requested) {
         Ok(None) => return Some(false),
         Ok(Some(remark)) => (remark, Some(true)),
         Err(error) => (error, None),

@@ -115,7 +115,7 @@ pub(super) fn note(scene: &Scene) -> Option<String> {
 
 /// Returns a warning that wavelengths of tagged light are probably not in scene units, because they
 /// are far shorter than the wavelength of any sound.
-pub(super) fn doubt(scene: &Scene, tagged: &[&Sidebands]) -> Option<String> {
+pub(super) fn warning(scene: &Scene, tagged: &[&Sidebands]) -> Option<String> {
     let light = tagged.iter().map(|sidebands| sidebands.wavelength());
     let light = light.fold(f64::INFINITY, f64::min);
     let sound = sounds(scene).into_iter().map(|(_, sound)| sound.wavelength);

@@ -19,16 +19,16 @@ pub(super) enum Role {
 
 /// Role and scale of the values of a texture.
 #[derive(Clone, Copy)]
-pub(super) struct Asked {
+pub(super) struct RequestedValues {
     pub role: Role,
     /// Lower bound of the factor by which the values are multiplied before use.
     pub factor: f64,
 }
 
-impl Asked {
+impl RequestedValues {
     /// Makes a request for values without a factor.
     pub(super) fn plainly(role: Role) -> Self {
-        Asked { role, factor: 1.0 }
+        RequestedValues { role, factor: 1.0 }
     }
 }
 

@@ -117,12 +117,12 @@ enum State {
     Waiting(Draft),
     /// Object whose children are being resolved.
     Open,
-    Done(Tall),
+    Done(ObjectWithDepth),
 }
 
 /// Object with the number of levels below it.
 #[derive(Clone)]
-struct Tall {
+struct ObjectWithDepth {
     object: Arc<ObjectDescription>,
     height: usize,
 }
@@ -137,41 +137,41 @@ struct Resolver<'d> {
 
 impl Resolver<'_> {
     /// Returns the object with this number, or the error of having it at this depth.
-    fn object(&mut self, index: usize, depth: usize) -> Result<Tall, &'static str> {
+    fn object(&mut self, index: usize, depth: usize) -> Result<ObjectWithDepth, &'static str> {
         let too_deep = "references are nested too deeply";
         let state = std::mem::replace(&mut self.states[index], State::Open);
-        let tall = match state {
+        let resolved = match state {
             State::Open => return Err("this object contains itself"),
-            State::Done(tall) => tall,
+            State::Done(resolved) => resolved,
             State::Waiting(draft) if depth > MAX_DEPTH => {
                 self.states[index] = State::Waiting(draft);
                 return Err(too_deep);
             }
             State::Waiting(draft) => self.build(index, draft, depth),
         };
-        self.states[index] = State::Done(tall.clone());
-        if depth + tall.height > MAX_DEPTH {
+        self.states[index] = State::Done(resolved.clone());
+        if depth + resolved.height > MAX_DEPTH {
             Err(too_deep)
         } else {
-            Ok(tall)
+            Ok(resolved)
         }
     }
 
     /// Builds an object from a draft after its children. Reports and omits children that cannot be
     /// built.
-    fn build(&mut self, index: usize, draft: Draft, depth: usize) -> Tall {
+    fn build(&mut self, index: usize, draft: Draft, depth: usize) -> ObjectWithDepth {
         let links = std::mem::take(&mut self.links[index]);
         let mut children = Vec::with_capacity(links.len());
         let mut height = 0;
         for (child, link) in draft.children.into_iter().zip(links) {
             let Some(link) = link else { continue };
             match self.object(link, depth + 1) {
-                Ok(tall) => {
-                    height = height.max(tall.height + 1);
+                Ok(resolved) => {
+                    height = height.max(resolved.height + 1);
                     let name = child.name.map(|(name, _)| name);
                     children.push(Child {
                         name,
-                        object: tall.object,
+                        object: resolved.object,
                         location: child.location,
                     });
                 }
@@ -191,6 +191,6 @@ impl Resolver<'_> {
             location: draft.location,
             plugin_location: draft.plugin_location,
         });
-        Tall { object, height }
+        ObjectWithDepth { object, height }
     }
 }

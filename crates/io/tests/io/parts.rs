@@ -2,7 +2,7 @@
 //! reason.
 
 use crate::common;
-use morgana_io::part::{Body, Foreign, Header, Part};
+use morgana_io::part::{Body, Header, Part, PartMismatch};
 use morgana_io::{LoadOptions, Loaded, Problem};
 use proptest::prelude::*;
 use std::ops::{ControlFlow, Range};
@@ -177,9 +177,12 @@ fn parts_of_other_renders_are_refused() {
         error
     };
     let version = refusal(&|p| p.header.version = "9.9.9".into());
-    assert_eq!(version, Foreign::Version("9.9.9".into(), "0.1.0".into()));
+    assert_eq!(
+        version,
+        PartMismatch::Version("9.9.9".into(), "0.1.0".into())
+    );
     let scene = refusal(&|p| p.header.scene_hash = "0123".into());
-    assert_eq!(scene, Foreign::Scene("0123".into(), "abcdef".into()));
+    assert_eq!(scene, PartMismatch::Scene("0123".into(), "abcdef".into()));
     let seed = refusal(&|p| p.header.settings[0].1 = "7".into());
     assert_eq!(seed.to_string(), "it was rendered with seed = 7, not 0");
     let missing = refusal(&|p| p.header.settings.clear());
@@ -188,7 +191,10 @@ fn parts_of_other_renders_are_refused() {
         "it was rendered with seed = (none), not 0"
     );
     let total = refusal(&|p| p.header.total = None);
-    assert_eq!(total, Foreign::Total("any number of".into(), "8".into()));
+    assert_eq!(
+        total,
+        PartMismatch::Total("any number of".into(), "8".into())
+    );
     let again = refusal(&|p| *p = image(2..5));
     assert_eq!(again.to_string(), "both have samples 2 to 3");
     refusal(&|p| p.body = readings(0..64).body);

@@ -8,7 +8,7 @@ use crate::command_error::CommandError;
 use crate::load::load_as_it_is;
 use crate::output::safe;
 use glam::DVec3;
-use io::assemble::Walls;
+use io::assemble::SpecularSurfaces;
 use io::diagnostic::Style;
 use io::{Loaded, Run};
 use std::io::{IsTerminal, Write as _};
@@ -161,12 +161,12 @@ fn found(loaded: &Loaded, emitter: &Emitter) -> Option<(String, bool)> {
     let required = integrator.map_or(RequiredConnection::Nothing, |i| i.requires(emitter.class()));
     let finds = || match integrator {
         Some(i) if i.blurs() => ("by photons: complete, but blurred".into(), true),
-        _ => finds(required, &Walls::of(loaded.scene())),
+        _ => finds(required, &SpecularSurfaces::of(loaded.scene())),
     };
     loaded.instruments.is_empty().then(finds)
 }
 
-fn finds(required: RequiredConnection, walls: &Walls) -> (String, bool) {
+fn finds(required: RequiredConnection, walls: &SpecularSurfaces) -> (String, bool) {
     let (by, edge) = match required {
         RequiredConnection::Nothing => {
             return ("by connections and by random walks: complete".into(), true);

@@ -8,7 +8,7 @@ use crate::load::file_name;
 use crate::numbers::{count, percent, plain};
 use eikonal::Uniqueness;
 use glam::DVec3;
-use io::assemble::{CondensedGrid, SoundRecord, Walls, steps_across};
+use io::assemble::{CondensedGrid, SoundRecord, SpecularSurfaces, steps_across};
 use io::diagnostic::escaped;
 use io::input::bytes;
 use io::rendered::Naming;
@@ -42,7 +42,7 @@ pub fn describe(path: &Path, loaded: &Loaded) -> Result<String, std::fmt::Error>
         }
     )?;
     if loaded.instruments.is_empty() {
-        if Walls::of(scene).dielectric.is_some() {
+        if SpecularSurfaces::of(scene).dielectric.is_some() {
             writeln!(out, "  branches     through up to {}", reach(scene))?;
         }
         writeln!(out, "  sensor       {}", sensor(scene))?;

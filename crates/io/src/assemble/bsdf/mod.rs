@@ -5,8 +5,8 @@ mod parameters;
 mod principled;
 
 use super::context::Context;
+use super::side_request::Indices;
 use super::surface_texture::{Role, Vertices, texture};
-use super::wish::Indices;
 use crate::diagnostic::lints;
 use crate::query::{Input, Query, unknown_plugin};
 use crate::scene::{ObjectDescription, PluginKind, SpectrumValue};

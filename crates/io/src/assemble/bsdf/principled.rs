@@ -1,7 +1,7 @@
 //! Principled bsdfs.
 
+use super::super::side_request::Indices;
 use super::super::surface_texture::Role;
-use super::super::wish::Indices;
 use super::Maker;
 use super::parameters::{Quantity, colour, number};
 use crate::query::{Input, Query};

@@ -99,11 +99,11 @@ fn divergence(q: &mut Query) -> Divergence {
 /// Origin and aperture of emitted light, as given in the scene.
 struct Across {
     origin: DVec3,
-    way: Way,
+    section: CrossSection,
 }
 
 /// Direction and cross section of emitted light.
-enum Way {
+enum CrossSection {
     /// Rotationally symmetric about its axis.
     Round {
         direction: DVec3,
@@ -126,12 +126,12 @@ impl Across {
             let pose = pose(q, "a rectangle of light");
             let size = OF_RECTANGLES.map(|name| thin_or(q, name, 2.0 * thin));
             let (origin, orientation) = pose?;
-            let way = Way::Rectangle {
+            let section = CrossSection::Rectangle {
                 orientation,
                 size,
                 image,
             };
-            return Some(Across { origin, way });
+            return Some(Across { origin, section });
         }
         if image.is_some() {
             q.error(TEXTURE, "a texture needs the profile 'rectangle'");
@@ -143,23 +143,25 @@ impl Across {
             _ => BeamProfile::Disc { radius },
         };
         let (origin, direction) = place?;
-        let way = Way::Round { direction, profile };
-        Some(Across { origin, way })
+        let section = CrossSection::Round { direction, profile };
+        Some(Across { origin, section })
     }
 
     /// Returns the parameters that have no effect for this cross section.
     fn ineffective(&self) -> &'static [&'static str] {
-        match self.way {
-            Way::Round { .. } => &OF_RECTANGLES,
-            Way::Rectangle { .. } => &OF_DISCS,
+        match self.section {
+            CrossSection::Round { .. } => &OF_RECTANGLES,
+            CrossSection::Rectangle { .. } => &OF_DISCS,
         }
     }
 
     fn aperture(&self, context: &mut Context) -> Option<Aperture> {
         let origin = self.origin;
-        match &self.way {
-            Way::Round { direction, profile } => Some(Aperture::new(origin, *direction, *profile)),
-            Way::Rectangle {
+        match &self.section {
+            CrossSection::Round { direction, profile } => {
+                Some(Aperture::new(origin, *direction, *profile))
+            }
+            CrossSection::Rectangle {
                 orientation,
                 size: [width, height],
                 image: None,
@@ -168,7 +170,7 @@ impl Across {
                 let profile = BeamProfile::Rectangle { width, height };
                 Some(Aperture::oriented(origin, *orientation, profile))
             }
-            Way::Rectangle {
+            CrossSection::Rectangle {
                 orientation,
                 size,
                 image: Some(image),
@@ -199,8 +201,8 @@ fn check_power(
     let Some(blocked) = (0..Spectrum::CHANNELS).find(|c| !passes(*c)) else {
         return;
     };
-    match &across.way {
-        Way::Rectangle {
+    match &across.section {
+        CrossSection::Rectangle {
             image: Some(image), ..
         } if lit[blocked] == 0.0 => {
             let message = "the texture is black in a channel in which the light has power";

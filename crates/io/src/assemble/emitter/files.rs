@@ -3,7 +3,7 @@
 use super::super::clipping::{Pixels, without_rounding};
 use super::super::context::Context;
 use super::super::sensor::fov;
-use super::super::surface_texture::{Asked, Role, accepted, screen};
+use super::super::surface_texture::{RequestedValues, Role, accepted, screen};
 use super::super::transforms::pose;
 use super::light;
 use crate::diagnostic::{lints, shown};
@@ -44,7 +44,7 @@ pub(super) fn envmap(object: &ObjectDescription, context: &mut Context) -> Optio
     if accepted(
         &seen,
         &name,
-        Asked::plainly(Role::Emission),
+        RequestedValues::plainly(Role::Emission),
         &object.location,
         context,
     )? {

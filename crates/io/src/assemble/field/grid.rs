@@ -10,7 +10,7 @@ use super::super::{placed_grid, units};
 use super::condense;
 use super::oscillating::{Amplitudes, in_place, oscillating};
 use super::rounding::Rounding;
-use super::wave::{Asked, Wave, only};
+use super::wave::{RequestedSound, Wave, only};
 use super::{air, placed};
 use crate::diagnostic::lints;
 use crate::query::Query;
@@ -73,14 +73,14 @@ impl Samples {
 /// interpolated by tricubic B-splines, in the image of the unit cube or of the file's own box under
 /// `to_world`. All wavelengths of the film share the spline of the first.
 pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option<Field> {
-    let asked = (object.plugin == "pressure").then(|| {
+    let requested = (object.plugin == "pressure").then(|| {
         let mut query = Query::new(object, context.diagnostics);
-        Asked::of(&mut query)
+        RequestedSound::of(&mut query)
     });
-    let asked = asked.flatten();
+    let requested = requested.flatten();
     // Sound of one frequency has its own field.
-    if let Some(Asked::Wave(wave)) = &asked {
-        let known = Asked::parameters(asked.as_ref());
+    if let Some(RequestedSound::Wave(wave)) = &requested {
+        let known = RequestedSound::parameters(requested.as_ref());
         return sound(wave, known, object, context);
     }
     let disperses = object.plugin == "gladstone_dale" && disperses(object);
@@ -88,7 +88,7 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
     let grid = context.once(
         |assets| &mut assets.index_grids,
         object.number,
-        |context| IndexGrid::build(asked.as_ref(), first, object, context),
+        |context| IndexGrid::build(requested.as_ref(), first, object, context),
     )?;
     let nm = disperses.then(|| context.wavelength()).flatten();
     let field = match (grid.law, nm) {
@@ -102,15 +102,15 @@ impl IndexGrid {
     /// Builds the grid of a volume, or shares an equal one. `nm` is the wavelength of a law that
     /// depends on the wavelength of the channel.
     fn build(
-        asked: Option<&Asked>,
+        requested: Option<&RequestedSound>,
         nm: Option<f64>,
         object: &ObjectDescription,
         context: &mut Context,
     ) -> Option<Self> {
         // Read the samples.
-        let known = Asked::parameters(asked);
-        let (samples, source) = match asked {
-            Some(Asked::Frame(number)) => frame(*number, object, context),
+        let known = RequestedSound::parameters(requested);
+        let (samples, source) = match requested {
+            Some(RequestedSound::Frame(number)) => frame(*number, object, context),
             _ => samples(object, context),
         };
         // Read the law and the smoothing.
@@ -141,7 +141,7 @@ impl IndexGrid {
             Smoothing::Auto => factor * rounding.deviation,
         };
         let range = samples.range();
-        doubt_units(range, law.as_ref(), object, context);
+        warn_about_units(range, law.as_ref(), object, context);
         context.grids.push(placed_grid::Placed::new(
             placed_grid::Quantity::Index,
             source.to_world,
@@ -335,13 +335,13 @@ fn sound(
     let (series, law) = (series?, law?);
     let (size, of_file) = (series.sums.size(), series.shape.time_step);
     let found = wave.found(&form?, series);
-    for doubt in found
+    for warning in found
         .series
         .iter()
-        .flat_map(|record| wave.doubts(record, of_file))
+        .flat_map(|record| wave.warnings(record, of_file))
     {
-        let warning =
-            lints::warning(lints::SOUND_SAMPLES, doubt.message).help(doubt.help.map(String::from));
+        let warning = lints::warning(lints::SOUND_SAMPLES, warning.message)
+            .help(warning.help.map(String::from));
         context.diagnostics.push(warning.at(&object.location));
     }
     let amplitudes = Amplitudes {
@@ -477,7 +477,7 @@ fn check(
 }
 
 /// Warns about samples that are probably another quantity than declared.
-fn doubt_units(
+fn warn_about_units(
     range: Option<[f64; 2]>,
     law: Option<&Law>,
     object: &ObjectDescription,
@@ -490,12 +490,12 @@ fn doubt_units(
     let range = [a.min(b), a.max(b)];
     let [least, most] = range;
     let found = match (object.plugin.as_str(), law) {
-        ("gladstone_dale", Some(law)) => units::of_gas(range, law.n0).map(|doubt| {
-            let message = format!("the densities make indices from {least:.9} to {most:.9}: {doubt}");
+        ("gladstone_dale", Some(law)) => units::of_gas(range, law.n0).map(|warning| {
+            let message = format!("the densities make indices from {least:.9} to {most:.9}: {warning}");
             (message, "check the units of the file, and 'scale'")
         }),
-        ("pressure", Some(law)) => units::of_pressure(range, law.n0).map(|doubt| {
-            let message = format!("the pressures make indices from {least:.6} to {most:.6}: {doubt}");
+        ("pressure", Some(law)) => units::of_pressure(range, law.n0).map(|warning| {
+            let message = format!("the pressures make indices from {least:.6} to {most:.6}: {warning}");
             (message, "check the units of the file, 'dn_dp' and 'scale'")
         }),
         _ => units::taken_for_index(range).map(|(what, advice)| {

@@ -35,19 +35,19 @@ pub(super) fn oscillating(
     context: &mut Context,
 ) -> Option<Field> {
     // Check that the samples have the stated wavelength.
-    let doubt = sampled_waves::doubt(&samples.pressure, &samples.record, samples.wavelength);
-    let doubt = doubt.map(|doubt| doubt.at(&object.location));
-    doubt
+    let warning = sampled_waves::warning(&samples.pressure, &samples.record, samples.wavelength);
+    let warning = warning.map(|warning| warning.at(&object.location));
+    warning
         .into_iter()
-        .for_each(|doubt| context.diagnostics.push(doubt));
+        .for_each(|warning| context.diagnostics.push(warning));
     // Convert pressure to index, and check its size.
     let in_index = |[re, im]: &[f64; 2]| [re, im].map(|v| (samples.slope * v) as f32);
     let amplitude: Vec<[f32; 2]> = samples.pressure.iter().map(in_index).collect();
     drop(samples.pressure);
     let most = amplitude.iter().map(|[re, im]| f64::from(re.hypot(*im)));
     let most = most.fold(0.0, f64::max);
-    if let Some(doubt) = units::of_pressure([samples.n0 - most, samples.n0 + most], samples.n0) {
-        let message = format!("the sound changes the index by up to {most:.3e}: {doubt}");
+    if let Some(warning) = units::of_pressure([samples.n0 - most, samples.n0 + most], samples.n0) {
+        let message = format!("the sound changes the index by up to {most:.3e}: {warning}");
         let help = match object.plugin.as_str() {
             "transducer" => "check 'pressure' and 'dn_dp'",
             _ => "check the units of the file, 'dn_dp' and 'scale'",

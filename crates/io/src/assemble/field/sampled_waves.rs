@@ -19,7 +19,7 @@ const MIN_EXAMINED: usize = 8;
 
 /// Returns a warning about complex amplitudes of sound whose waves do not fit the given wavelength.
 /// In `pressure` x varies fastest.
-pub(super) fn doubt(
+pub(super) fn warning(
     pressure: &[[f64; 2]],
     record: &SoundRecord,
     wavelength: f64,

@@ -14,7 +14,7 @@ const MAX_OTHER: f64 = 0.05;
 const MAX_PERIODS: f64 = 1e6;
 
 /// Requested content of a volume of pressure that changes in time.
-pub(super) enum Asked {
+pub(super) enum RequestedSound {
     /// Single frame of a time series.
     Frame(usize),
     /// Sound of one frequency.
@@ -54,18 +54,18 @@ pub(super) struct Found {
 }
 
 /// Warning with advice.
-pub(super) struct WaveDoubt {
+pub(super) struct WaveWarning {
     pub message: String,
     pub help: Option<&'static str>,
 }
 
-impl Asked {
+impl RequestedSound {
     /// Returns the parameters that are read for a request.
-    pub(super) fn parameters(asked: Option<&Self>) -> &'static [&'static str] {
-        match asked {
+    pub(super) fn parameters(requested: Option<&Self>) -> &'static [&'static str] {
+        match requested {
             None => &[],
-            Some(Asked::Frame(_)) => &["frame"],
-            Some(Asked::Wave(_)) => &[
+            Some(RequestedSound::Frame(_)) => &["frame"],
+            Some(RequestedSound::Wave(_)) => &[
                 "frame",
                 "reference",
                 "smoothing",
@@ -84,7 +84,7 @@ impl Asked {
     pub(super) fn of(q: &mut Query) -> Option<Self> {
         let frame = q.has("frame").then(|| q.integer("frame") as usize);
         if !q.has("frequency") {
-            return frame.map(Asked::Frame);
+            return frame.map(RequestedSound::Frame);
         }
         if frame.is_some() {
             let message = "give a frame, or the frequency of the sound, not both";
@@ -99,7 +99,7 @@ impl Asked {
         let frequency = q.float("frequency");
         let speed = q.float("sound_speed");
         let positive = |q: &mut Query, name| q.float_if_given(name);
-        Some(Asked::Wave(Wave {
+        Some(RequestedSound::Wave(Wave {
             frequency,
             wavelength: speed / frequency,
             time_step: positive(q, "time_step"),
@@ -194,12 +194,12 @@ impl Wave {
     }
 
     /// Returns warnings about a series: a contradicting time step, and a large residual.
-    pub(super) fn doubts(&self, record: &SeriesRecord, of_file: Option<f64>) -> Vec<WaveDoubt> {
-        let mut doubts = Vec::new();
+    pub(super) fn warnings(&self, record: &SeriesRecord, of_file: Option<f64>) -> Vec<WaveWarning> {
+        let mut warnings = Vec::new();
         if let (Some(scene), Some(file)) = (self.time_step, of_file)
             && (scene - file).abs() > 1e-6 * file
         {
-            doubts.push(WaveDoubt {
+            warnings.push(WaveWarning {
                 message: format!(
                     "the file has a time step of {file:.3e} s, the scene {scene:.3e} s: morgana uses the scene's"
                 ),
@@ -209,7 +209,7 @@ impl Wave {
         if let (Some(residual), Some((step, _))) = (record.residual, record.time_step)
             && residual > MAX_OTHER
         {
-            doubts.push(WaveDoubt {
+            warnings.push(WaveWarning {
                 message: format!(
                     "{:.0} % of the pressure in its last {:.3} periods (root mean square) does not have the frequency {} Hz and is left out",
                     100.0 * residual,
@@ -222,7 +222,7 @@ impl Wave {
                 ),
             });
         }
-        doubts
+        warnings
     }
 
     /// Returns the time step with its source; the scene's time step takes precedence.

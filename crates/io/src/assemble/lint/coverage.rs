@@ -10,7 +10,7 @@ use transport::sensor::Sensor;
 
 /// Surfaces of a scene that reflect light along paths which connections do not follow.
 #[derive(Clone, Copy, Debug)]
-pub struct Walls<'a> {
+pub struct SpecularSurfaces<'a> {
     /// Mirror, such as smooth metal: connections are not reflected there.
     pub mirror: Option<&'a Object>,
     /// Smooth dielectric: connections are reflected there a limited number of times.
@@ -19,11 +19,11 @@ pub struct Walls<'a> {
     pub reflections: u32,
 }
 
-impl<'a> Walls<'a> {
+impl<'a> SpecularSurfaces<'a> {
     /// Returns the surfaces of a scene.
     pub fn of(scene: &'a Scene) -> Self {
         let first = |is: fn(&Bsdf) -> bool| scene.objects().iter().find(|o| is(&o.bsdf));
-        Walls {
+        SpecularSurfaces {
             mirror: first(Bsdf::is_mirror),
             dielectric: first(|b| matches!(b, Bsdf::Dielectric(_))),
             reflections: scene.branch_reach().reflections,
@@ -44,11 +44,11 @@ impl<'a> Walls<'a> {
 /// Returns a warning for each kind of light that is missing. A limit of reflections that the scene
 /// sets is taken as intended.
 pub(in super::super) fn warnings(scene: &Scene, integrator: &Integrator) -> Vec<SceneProblem> {
-    let walls = Walls::of(scene);
+    let surfaces = SpecularSurfaces::of(scene);
     let mut problems = Vec::new();
     for (i, emitter) in scene.emitters().iter().enumerate() {
         if integrator.requires(emitter.class()) == RequiredConnection::FromEmitter {
-            problems.extend(from_emitter(&walls, Subject::Emitter(i), emitter.kind()));
+            problems.extend(from_emitter(&surfaces, Subject::Emitter(i), emitter.kind()));
             problems.extend(narrow(scene, Subject::Emitter(i), emitter));
         }
     }
@@ -57,10 +57,10 @@ pub(in super::super) fn warnings(scene: &Scene, integrator: &Integrator) -> Vec<
         emitters.any(|e| integrator.requires(e.class()) == required)
     };
     if any(RequiredConnection::ToSensor) {
-        problems.extend(to_sensor(&walls));
+        problems.extend(to_sensor(&surfaces));
     }
     if any(RequiredConnection::Any) {
-        problems.extend(nowhere(&walls));
+        problems.extend(nowhere(&surfaces));
     }
     problems
 }
@@ -99,8 +99,8 @@ fn warning(subject: Subject, message: String, help: String) -> SceneProblem {
 
 /// Returns warnings about light that only connections to an emitter find, where reflections precede
 /// scattering.
-fn from_emitter(walls: &Walls, subject: Subject, kind: &str) -> Vec<SceneProblem> {
-    let mirror = walls.mirror.map(|object| {
+fn from_emitter(surfaces: &SpecularSurfaces, subject: Subject, kind: &str) -> Vec<SceneProblem> {
+    let mirror = surfaces.mirror.map(|object| {
         let message = format!(
             "light of this {kind} emitter that a mirror ('{}') reflects before it is scattered is \
              missing: only connections find this light, and mirrors do not reflect connections",
@@ -109,7 +109,7 @@ fn from_emitter(walls: &Walls, subject: Subject, kind: &str) -> Vec<SceneProblem
         let help = "use the integrator bdpt or particle; path finds this light from area lights";
         warning(subject, message, help.into())
     });
-    let dielectric = walls.never_reflecting().map(|object| {
+    let dielectric = surfaces.never_reflecting().map(|object| {
         let message = format!(
             "light of this {kind} emitter that smooth dielectrics ('{}') reflect before it is scattered, \
              other than totally, is missing: connections are refracted there",
@@ -142,8 +142,8 @@ fn narrow(scene: &Scene, subject: Subject, emitter: &Emitter) -> Option<ScenePro
 
 /// Returns warnings about reflections of scattered light that the particle tracer does not connect
 /// to the sensor.
-fn to_sensor(walls: &Walls) -> Vec<SceneProblem> {
-    let mirror = walls.mirror.map(|object| {
+fn to_sensor(surfaces: &SpecularSurfaces) -> Vec<SceneProblem> {
+    let mirror = surfaces.mirror.map(|object| {
         let message = format!(
             "a mirror ('{}') shows emitters only: the particle tracer connects scattered light to the \
              sensor, and connections are not reflected by mirrors",
@@ -152,7 +152,7 @@ fn to_sensor(walls: &Walls) -> Vec<SceneProblem> {
         let help = "use the integrator bdpt or path";
         warning(Subject::Sensor, message, help.into())
     });
-    let dielectric = walls.never_reflecting().map(|object| {
+    let dielectric = surfaces.never_reflecting().map(|object| {
         let message = format!(
             "smooth dielectrics ('{}') show no reflections of scattered light but total ones: the particle \
              tracer connects it to the sensor, and connections are refracted there",
@@ -165,14 +165,14 @@ fn to_sensor(walls: &Walls) -> Vec<SceneProblem> {
 
 /// Returns a warning about light that is reflected on all parts of its path, so that no connection
 /// can join emitter and sensor.
-fn nowhere(walls: &Walls) -> Option<SceneProblem> {
-    let object = walls.mirror.or(walls.never_reflecting())?;
+fn nowhere(surfaces: &SpecularSurfaces) -> Option<SceneProblem> {
+    let object = surfaces.mirror.or(surfaces.never_reflecting())?;
     let message = format!(
         "light of emitters that no ray can hit is missing where smooth surfaces ('{}') reflect it on every \
          part of its way: connections do not follow such reflections, and one must join emitter and sensor",
         object.name
     );
-    let help = match walls.mirror {
+    let help = match surfaces.mirror {
         Some(_) => "only mirror images of what such light illuminates through mirrors are affected; area lights are not. \
                     The integrator vcm finds this light, blurred a little"
             .into(),

@@ -1,7 +1,7 @@
 //! Deliberate differences from Mitsuba 3.9.1 that affect a scene.
 
 use super::super::described::is_meter;
-use super::super::quantities::asks_for_surfaces;
+use super::super::quantities::requests_surfaces;
 use crate::diagnostic::difference::*;
 use crate::scene::{
     ObjectDescription, ObjectId, PluginKind, SceneDescription, SpectrumValue, Value, descendants,
@@ -194,7 +194,7 @@ fn of_integrator(object: &ObjectDescription) -> Vec<Difference> {
 
 /// Returns true if an `aov` lists quantities that Mitsuba also has.
 fn shows_surfaces(object: &ObjectDescription) -> bool {
-    matches!(value(object, "aovs"), Some(Value::String(list)) if asks_for_surfaces(list))
+    matches!(value(object, "aovs"), Some(Value::String(list)) if requests_surfaces(list))
 }
 
 /// Returns true if the area emitter of a shape has a texture of radiance.

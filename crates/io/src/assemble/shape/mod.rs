@@ -7,9 +7,9 @@ mod mesh;
 
 use super::assets::{Attributes, Original, PlacedShape};
 use super::context::{Context, MeterPlace};
+use super::side_request::SideRequest;
 use super::surface_texture::Vertices;
 use super::transforms::affine;
-use super::wish::Wish;
 use super::{bsdf, emitter, medium};
 use crate::diagnostic::lints;
 use crate::query::{Query, unknown_plugin};
@@ -110,7 +110,7 @@ fn add_at(object: &ObjectDescription, place: Option<DAffine3>, context: &mut Con
             indices: None,
         },
     };
-    let wish = Wish {
+    let request = SideRequest {
         interior: interior.map(|m| medium::medium(&m, context)),
         exterior: exterior.map(|m| medium::medium(&m, context)),
         indices: surface.indices,
@@ -144,7 +144,7 @@ fn add_at(object: &ObjectDescription, place: Option<DAffine3>, context: &mut Con
         vertices: &vertices,
     };
     let emitter = light.and_then(|light| emitter::add_on_shape(&light, &host, context));
-    push(object, shape, surface.bsdf, emitter, wish, context);
+    push(object, shape, surface.bsdf, emitter, request, context);
 }
 
 /// Warns about a mesh that no ray can hit.
@@ -192,7 +192,7 @@ fn push(
     shape: Shape,
     bsdf: Bsdf,
     emitter: Option<usize>,
-    wish: Wish,
+    request: SideRequest,
     context: &mut Context,
 ) {
     context.objects.push(transport::scene::Object {
@@ -202,7 +202,7 @@ fn push(
         sides: None,
         emitter,
     });
-    context.wishes.push(wish);
+    context.side_requests.push(request);
     context.places.objects.push(object.location.clone());
 }
 

@@ -7,8 +7,8 @@ mod voxels;
 use super::super::context::{Context, Divided, MeterPlace};
 use super::super::division::{Division, LabelCounts, Places};
 use super::super::medium;
+use super::super::side_request::SideRequest;
 use super::super::volume_source::SOURCE;
-use super::super::wish::Wish;
 use crate::query::Query;
 use crate::scene::{ObjectDescription, PluginKind};
 use groups::Groups;
@@ -166,7 +166,7 @@ fn add_parts(
             surface.shape.clone(),
             bsdf,
             None,
-            Wish::default(),
+            SideRequest::default(),
             context,
         );
     }
