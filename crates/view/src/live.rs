@@ -30,7 +30,7 @@ pub struct Live {
     state: Mutex<State>,
     /// True if a page requests a new picture.
     is_wanted: AtomicBool,
-    is_stop_asked: AtomicBool,
+    is_stop_requested: AtomicBool,
     is_paused: AtomicBool,
 }
 
@@ -48,7 +48,7 @@ struct State {
     /// Time from which the next picture may be made.
     next: Instant,
     /// Time of the last request of a page.
-    asked: Option<Instant>,
+    last_request: Option<Instant>,
 }
 
 /// Progress of a render.
@@ -86,10 +86,10 @@ impl Live {
                 started: now,
                 ended: None,
                 next: now,
-                asked: None,
+                last_request: None,
             }),
             is_wanted: AtomicBool::new(true),
-            is_stop_asked: AtomicBool::new(false),
+            is_stop_requested: AtomicBool::new(false),
             is_paused: AtomicBool::new(false),
         }
     }
@@ -126,13 +126,13 @@ impl Live {
     }
 
     /// Returns true if a page has requested the end of the render.
-    pub(crate) fn is_stop_asked(&self) -> bool {
-        self.is_stop_asked.load(Ordering::Acquire)
+    pub(crate) fn is_stop_requested(&self) -> bool {
+        self.is_stop_requested.load(Ordering::Acquire)
     }
 
     /// Waits while a page pauses the render, until the page closes or `is_over` returns true.
     pub fn pause(&self, is_over: impl Fn() -> bool) {
-        while self.is_paused.load(Ordering::Acquire) && !self.is_stop_asked() && !is_over() {
+        while self.is_paused.load(Ordering::Acquire) && !self.is_stop_requested() && !is_over() {
             if !self.is_watched() {
                 self.is_paused.store(false, Ordering::Release);
             }
@@ -142,15 +142,15 @@ impl Live {
 
     /// Returns true if a page is open, or was open recently.
     pub fn is_watched(&self) -> bool {
-        let asked = self.state().asked;
-        asked.is_some_and(|asked| asked.elapsed() < CLOSED_TIMEOUT)
+        let last_request = self.state().last_request;
+        last_request.is_some_and(|last_request| last_request.elapsed() < CLOSED_TIMEOUT)
     }
 
     /// Executes a command of a page; returns `false` if there is no such command.
     pub(crate) fn command(&self, name: &str) -> bool {
         match name {
             "stop" => {
-                self.is_stop_asked.store(true, Ordering::Release);
+                self.is_stop_requested.store(true, Ordering::Release);
                 (self.stop)();
             }
             "pause" => self.is_paused.store(true, Ordering::Release),
@@ -169,7 +169,7 @@ impl Live {
     /// picture.
     pub(crate) fn status(&self) -> Value {
         let mut state = self.state();
-        state.asked = Some(Instant::now());
+        state.last_request = Some(Instant::now());
         self.is_wanted.store(true, Ordering::Release);
         let ended = state.ended.unwrap_or_else(Instant::now);
         let elapsed = ended.duration_since(state.started).as_secs_f64();
@@ -187,7 +187,7 @@ impl Live {
             "error": state.error,
             "ended": state.ended.is_some(),
             "paused": self.is_paused.load(Ordering::Acquire),
-            "stopping": self.is_stop_asked(),
+            "stopping": self.is_stop_requested(),
         })
     }
 
@@ -267,6 +267,6 @@ mod tests {
         });
         assert!(start.elapsed() >= 2 * CHECK_INTERVAL);
         live.command("stop");
-        assert!(live.is_stop_asked());
+        assert!(live.is_stop_requested());
     }
 }
