@@ -66,7 +66,7 @@ impl Driver<'_> {
             ..*self
         };
         silent.drive(goal, |handle, _| run.choose(handle));
-        if self.interrupt.asked() {
+        if self.interrupt.requested() {
             return ControlFlow::Break(());
         }
         ControlFlow::Continue(())
@@ -79,8 +79,8 @@ impl Driver<'_> {
         goal: ProgressGoal,
         work: impl FnOnce(&Handle, &mut Clock) -> T + Send,
     ) -> (T, Option<Stopped>) {
-        let (handle, asked) = (Handle::default(), || self.interrupt.asked());
-        let mut clock = Clock::start(goal.time, &asked);
+        let (handle, requested) = (Handle::default(), || self.interrupt.requested());
+        let mut clock = Clock::start(goal.time, &requested);
         let result = std::thread::scope(|scope| {
             let _watch = progress::watch(scope, goal, !self.quiet, &handle, self.interrupt);
             self.pool.install(|| work(&handle, &mut clock))

@@ -23,7 +23,7 @@ pub fn survive_size_limits() -> Result<(), CommandError> {
 /// Record of requests to stop.
 #[derive(Clone, Debug, Default)]
 pub struct Interrupt {
-    asked: Arc<AtomicBool>,
+    requested: Arc<AtomicBool>,
     signal: Arc<AtomicUsize>,
 }
 
@@ -33,12 +33,16 @@ impl Interrupt {
         let interrupt = Interrupt::default();
         let listen = |signal| {
             let Interrupt {
-                asked,
+                requested,
                 signal: number,
             } = interrupt.clone();
-            flag::register_conditional_shutdown(signal, i32::from(STATUS) + signal, asked.clone())?;
+            flag::register_conditional_shutdown(
+                signal,
+                i32::from(STATUS) + signal,
+                requested.clone(),
+            )?;
             flag::register_usize(signal, number, signal as usize)?;
-            flag::register(signal, asked)
+            flag::register(signal, requested)
         };
         let hangup = (!is_ignored(SIGHUP)).then_some(SIGHUP);
         for signal in [SIGINT, SIGTERM].into_iter().chain(hangup) {
@@ -49,13 +53,13 @@ impl Interrupt {
     }
 
     /// Returns true if a stop was requested.
-    pub fn asked(&self) -> bool {
-        self.asked.load(Ordering::Relaxed)
+    pub fn requested(&self) -> bool {
+        self.requested.load(Ordering::Relaxed)
     }
 
     /// Requests a stop, like a signal.
-    pub fn ask(&self) {
-        self.asked.store(true, Ordering::Relaxed);
+    pub fn request(&self) {
+        self.requested.store(true, Ordering::Relaxed);
     }
 
     /// Returns true if a signal has arrived.

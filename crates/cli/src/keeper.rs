@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 /// A file that is kept up to date.
 #[derive(Debug)]
-pub struct Keeper {
+pub struct PartFiles {
     path: PathBuf,
     every: Duration,
     header: Header,
@@ -52,7 +52,7 @@ pub fn path(
 
 /// A file that a run keeps up to date, with the contents from an earlier run, if there are any.
 #[derive(Debug)]
-pub struct Kept {
+pub struct PartFile {
     path: PathBuf,
     every: Duration,
     part: Option<Part>,
@@ -60,7 +60,7 @@ pub struct Kept {
     lock: Option<Lock>,
 }
 
-impl Kept {
+impl PartFile {
     /// Opens the file at `path`, and checks that it can be written. If the file exists, `args` must
     /// ask to resume it, so that no samples are lost.
     pub fn open(path: PathBuf, args: &KeepArgs) -> Result<Self, CommandError> {
@@ -74,7 +74,7 @@ impl Kept {
             );
             return Err(CommandError::Usage(message));
         }
-        Ok(Kept {
+        Ok(PartFile {
             part: exists.then(|| Part::read(&path)).transpose()?,
             path,
             every: args.checkpoint_every,
@@ -89,7 +89,11 @@ impl Kept {
     }
 
     /// Continues the file as a part of `run`. Existing contents must belong to this run.
-    pub fn keep(self, header: Header, run: &Run) -> Result<(Keeper, Option<Body>), CommandError> {
+    pub fn keep(
+        self,
+        header: Header,
+        run: &Run,
+    ) -> Result<(PartFiles, Option<Body>), CommandError> {
         let path = self.path;
         let refuse = |why: String| {
             CommandError::Usage(format!("'{}' cannot be resumed: {why}", shown(&path)))
@@ -118,7 +122,7 @@ impl Kept {
             }
         }
         let now = Instant::now();
-        let keeper = Keeper {
+        let keeper = PartFiles {
             path,
             every: self.every,
             before: self.part.as_ref().map_or(0.0, |k| k.header.seconds),
@@ -132,7 +136,7 @@ impl Kept {
     }
 }
 
-impl Keeper {
+impl PartFiles {
     /// Returns the time spent so far, including earlier runs.
     pub fn elapsed(&self) -> Duration {
         self.started.elapsed() + Duration::from_secs_f64(self.before.max(0.0))

@@ -27,7 +27,7 @@ pub fn load_in_time(
     let loaded = options.loading.watch(
         move || io::load_scene(&path, &own),
         || match limit.exceeded() {
-            _ if interrupt.asked() => ControlFlow::Break(None),
+            _ if interrupt.requested() => ControlFlow::Break(None),
             Some(time) => ControlFlow::Break(Some(time)),
             None => ControlFlow::Continue(()),
         },

@@ -70,14 +70,14 @@ fn run(
     }
     let started = Instant::now();
     while stopped.recv_timeout(INTERVAL) == Err(RecvTimeoutError::Timeout) {
-        if stopping.asked() || goal.time.is_some_and(|t| started.elapsed() >= t) {
+        if stopping.requested() || goal.time.is_some_and(|t| started.elapsed() >= t) {
             handle.request_end();
         }
         let samples = handle.samples();
         let fraction = goal.fraction(samples, started.elapsed());
         bar.set_position((fraction * STEPS as f64) as u64);
         let message = goal.message(samples, started.elapsed());
-        bar.set_message(if stopping.asked() {
+        bar.set_message(if stopping.requested() {
             format!("{message} · stopping (Ctrl-C again quits at once)")
         } else {
             message

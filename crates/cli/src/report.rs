@@ -83,7 +83,7 @@ impl Report<'_, Rendering> {
         parts.extend(self.photon_line());
         parts.extend(self.target_line());
         parts.extend(self.tolerance_line());
-        parts.extend(self.doubt());
+        parts.extend(self.warning());
         let stats = &self.result.stats;
         if stats.connections.capped > 0 {
             parts.push(bias(stats.connections.capped));
@@ -142,7 +142,7 @@ impl Report<'_, Rendering> {
     }
 
     /// Describes why the error of the mean is unreliable, if it is, with advice.
-    fn doubt(&self) -> Option<String> {
+    fn warning(&self) -> Option<String> {
         let film = &self.result.film;
         if self.run.renderer.is_light() && self.result.samples > 0 && film.summary().0 == 0.0 {
             let advice = "morgana check lists what may keep light from the sensor";

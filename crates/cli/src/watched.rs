@@ -28,7 +28,7 @@ impl Watched {
         interrupt: &Interrupt,
     ) -> Result<Self, CommandError> {
         let stop = interrupt.clone();
-        let live = Arc::new(Live::new(channels, move || stop.ask()));
+        let live = Arc::new(Live::new(channels, move || stop.request()));
         let items = vec![Item::live(name, live.clone())];
         let failed = |e| CommandError::Runtime(format!("--view: cannot serve a page: {e}"));
         let server = ViewServer::start(items, &ViewOptions::default()).map_err(failed)?;
@@ -43,7 +43,7 @@ impl Watched {
     /// Shows the progress of the render, and waits while the render is paused.
     pub fn update(&self, film: &Film, progress: LiveProgress) {
         self.live.update(film, progress);
-        self.live.pause(|| self.interrupt.asked());
+        self.live.pause(|| self.interrupt.requested());
     }
 
     /// Shows the finished image until the page is closed or the user ends the program.

@@ -67,12 +67,12 @@ fn report(args: &CheckArgs) -> Result<ExitCode, CommandError> {
     let can_be_used = !diagnostics.has_errors();
     lines.extend(section("different from Mitsuba", approximated));
     lines.extend(section("missing", missing));
-    let doubts = diagnostics.iter().filter(|d| d.severity != Severity::Error);
-    let doubts = doubts.map(|d| {
+    let warnings = diagnostics.iter().filter(|d| d.severity != Severity::Error);
+    let warnings = warnings.map(|d| {
         let check = d.lint.map(|lint| format!("[{lint}]")).unwrap_or_default();
         format!("{}{check}: {}", d.severity, d.message)
     });
-    lines.extend(section("warnings", doubts.collect()));
+    lines.extend(section("warnings", warnings.collect()));
     let name = shown(&args.scene.path);
     let verdict = if can_be_used {
         "can be used"

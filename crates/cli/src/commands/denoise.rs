@@ -6,7 +6,7 @@ use crate::load::file_name;
 use crate::oidn::Oidn;
 use crate::output::say;
 use crate::{config, numbers};
-use io::image::denoised::{DenoiseOptions, Denoising, ChangedFractions};
+use io::image::denoised::{ChangedFractions, DenoiseOptions, Denoising};
 use io::image::exposure::Exposure;
 use io::image::{ImageLayers, exr};
 use std::process::ExitCode;

@@ -36,7 +36,7 @@ fn sequence(
             say(&format!("frame {number}"))?;
         }
         let code = render_once(&frame, &mut chosen, interrupt)?;
-        if interrupt.asked() {
+        if interrupt.requested() {
             return Ok(code);
         }
     }

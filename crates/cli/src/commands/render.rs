@@ -5,7 +5,7 @@ use crate::command_error::{CommandError, warn};
 use crate::driver::{Driver, TimeLimit};
 use crate::interrupt::Interrupt;
 use crate::job::Job;
-use crate::keeper::{self, Kept};
+use crate::keeper::{self, PartFile};
 use crate::output::say;
 use crate::preview::{Canvas, Preview};
 use crate::progress::ProgressGoal;
@@ -77,9 +77,9 @@ pub fn render_once(
     )?;
     let kept = path
         .clone()
-        .map(|path| Kept::open(path, &args.machines.keep))
+        .map(|path| PartFile::open(path, &args.machines.keep))
         .transpose()?;
-    match kept.as_ref().and_then(Kept::header).or(chosen.as_ref()) {
+    match kept.as_ref().and_then(PartFile::header).or(chosen.as_ref()) {
         Some(header) => run.choose_as(header),
         None if driver.choose(&mut run).is_break() => {
             warn("interrupted before the first sample: no file was written");

@@ -43,7 +43,7 @@ pub fn view(args: &ViewArgs) -> Result<ExitCode, CommandError> {
         warn("anyone who can reach this machine and knows the address below can see the files");
     }
     say(&format!("{} (Ctrl-C ends)", server.address()))?;
-    while !interrupt.asked() {
+    while !interrupt.requested() {
         std::thread::sleep(CHECK_INTERVAL);
     }
     Ok(ExitCode::SUCCESS)

@@ -166,7 +166,7 @@ fn found(loaded: &Loaded, emitter: &Emitter) -> Option<(String, bool)> {
     loaded.instruments.is_empty().then(finds)
 }
 
-fn finds(required: RequiredConnection, walls: &SpecularSurfaces) -> (String, bool) {
+fn finds(required: RequiredConnection, surfaces: &SpecularSurfaces) -> (String, bool) {
     let (by, edge) = match required {
         RequiredConnection::Nothing => {
             return ("by connections and by random walks: complete".into(), true);
@@ -175,8 +175,8 @@ fn finds(required: RequiredConnection, walls: &SpecularSurfaces) -> (String, boo
         RequiredConnection::ToSensor => ("from the emitter", "on its way to the sensor"),
         RequiredConnection::Any => ("from both ends", "on every part of its way"),
     };
-    let k = walls.reflections;
-    let reflected = match (walls.dielectric, walls.mirror) {
+    let k = surfaces.reflections;
+    let reflected = match (surfaces.dielectric, surfaces.mirror) {
         (None, None) => return (format!("{by}, along all branches: complete"), true),
         (Some(_), None) => partially(k),
         (None, Some(_)) => "by mirrors".into(),
