@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 __all__ = ["first_scale", "minimize"]
 
 Doubles = NDArray[np.float64]
-Place = Tuple[Doubles, float, Doubles]
+Iterate = Tuple[Doubles, float, Doubles]
 """Numbers, the value of the function there, and its gradient."""
 Function = Callable[[Doubles], Tuple[float, Doubles]]
 Operator = Callable[[Doubles], Doubles]
@@ -51,7 +51,7 @@ def first_scale(function: Function, start: Doubles, gradient: Doubles, precondit
 
 
 def minimize(
-    function: Function, start: Place, scale: float, limits: Tuple[Doubles, Doubles], precondition: Operator, pairs: Pairs
+    function: Function, start: Iterate, scale: float, limits: Tuple[Doubles, Doubles], precondition: Operator, pairs: Pairs
 ) -> Iterator[Tuple[Doubles, float]]:
     """Yields points of decreasing value, with the value, until there is no lower value along the
     search direction. ``start`` lies within the limits.
@@ -81,7 +81,7 @@ def minimize(
         yield x, value
 
 
-def _along(function: Function, here: Place, down: Doubles, limits: Tuple[Doubles, Doubles]) -> Optional[Place]:
+def _along(function: Function, here: Iterate, down: Doubles, limits: Tuple[Doubles, Doubles]) -> Optional[Iterate]:
     """Returns a point of lower value along a direction, projected onto the limits; ``None`` if
     there is none."""
     x, value, gradient = here

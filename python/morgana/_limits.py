@@ -8,7 +8,7 @@ if TYPE_CHECKING:
     from ._morgana import Field
 
 
-class Instead(TypedDict):
+class Overrides(TypedDict):
     """Settings that replace settings of a scene."""
 
     integrator: Optional[str]

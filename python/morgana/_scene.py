@@ -11,7 +11,7 @@ import numpy as np
 from . import _checks as checks
 from . import _morgana
 from ._errors import Diagnostic, RenderError, SceneWarning
-from ._limits import Instead
+from ._limits import Overrides
 from ._morgana import Field, Scene
 
 Define = Union[str, float, bool]
@@ -238,7 +238,7 @@ def load_field(volume: Mapping[str, Any], *, wavelength: Optional[float] = None)
     return field
 
 
-def remake(recipe: Tuple[str, Any, List[Tuple[str, str]], Instead], expected: str) -> Scene:
+def remake(recipe: Tuple[str, Any, List[Tuple[str, str]], Overrides], expected: str) -> Scene:
     """Recreate a pickled scene.
 
     Raises:
@@ -281,7 +281,7 @@ def _instead(
     undisturbed: bool,
     silence: Union[str, Sequence[str]],
     memory: Optional[int],
-) -> Instead:
+) -> Overrides:
     return {
         "integrator": checks.text(integrator, "integrator"),
         "sampler": checks.text(sampler, "sampler"),

@@ -81,7 +81,7 @@ def by_channel(values: ArrayLike, name: str, channels: int) -> Doubles:
     return found
 
 
-def doubt(wavelength: ArrayLike, records: Records) -> None:
+def warn_about_wavelength(wavelength: ArrayLike, records: Records) -> None:
     """Warns if a wavelength exceeds the mean optical length between scatterings. A wrong unit is
     the likely cause. Independent scattering would not describe scatterers this dense."""
     flights = int(records.scatterings.sum()) + len(records.particle)

@@ -13,7 +13,7 @@ from ._bins import mean_and_variance
 from ._correlation import Correlation
 from ._records import Records
 from ._result import Reading
-from ._sums import by_channel, by_particle, doubt, error_of, positive, seconds, taken
+from ._sums import by_channel, by_particle, error_of, positive, seconds, taken, warn_about_wavelength
 from ._values import comparable
 
 if TYPE_CHECKING:
@@ -168,7 +168,7 @@ def tagged(records: Records, *, wavelength: ArrayLike, orders: int = 1, where: O
     error = np.stack([error_of(of_order, particles) for of_order in sums])
     depth = np.divide(mean[1], mean[0], out=np.full_like(mean[0], np.nan), where=mean[0] > 0)
     depth_error = error_of(sums[1] - depth * sums[0], particles) / np.where(mean[0] > 0, mean[0], np.nan)
-    doubt(wavelength, records)
+    warn_about_wavelength(wavelength, records)
     return Sidebands(mean, error, power.sum(axis=0), error_of(power, particles), depth, depth_error)
 
 
@@ -218,7 +218,7 @@ def correlate_tagged(
         mean[i], error[i] = sums.sum(axis=0), error_of(sums, records.particles)
         ratio[i] = np.divide(mean[i], total, out=np.full_like(total, np.nan), where=total > 0)
         ratio_error[i] = error_of(sums - ratio[i] * power, records.particles) / np.where(total > 0, total, np.nan)
-    doubt(wavelength, records)
+    warn_about_wavelength(wavelength, records)
     return Correlation(times, mean, error, ratio, ratio_error)
 
 

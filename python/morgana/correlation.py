@@ -32,7 +32,7 @@ from ._errors import SceneWarning
 from ._exposure import NODES, OCTAVES, panels
 from ._numbers import numbers
 from ._records import Records
-from ._sums import aligned, by_channel, by_particle, doubt, error_of, positive, seconds, taken, variance_of
+from ._sums import aligned, by_channel, by_particle, error_of, positive, seconds, taken, variance_of, warn_about_wavelength
 from ._tagging import ModulationDepth, Sidebands, correlate_tagged, modulation_depth, tagged
 from ._values import comparable
 
@@ -252,7 +252,7 @@ def correlate(
     times = seconds(delays, "delays", "finite numbers of seconds, not negative,")
     parts = _alike(records, wavelength, index, flow)
     found = np.concatenate([_decayed(part, _Delayed.of(part, motions, light).at(times)) for part, light in parts], axis=2)
-    doubt(wavelength, records)
+    warn_about_wavelength(wavelength, records)
     _doubt_flow(records, flow, times, found)
     return Correlation(times, *found)
 
@@ -321,7 +321,7 @@ def speckle_contrast(
             values[:, i] = _blurred(part, time, delayed, power, beta)
         found.append(values)
     mean, error = np.concatenate(found, axis=2)
-    doubt(wavelength, records)
+    warn_about_wavelength(wavelength, records)
     if _changing(records, flow):
         delays = np.geomspace(1e-6, 1, 21) * times.max(initial=0.0)
         decayed = [_decayed(part, _Delayed.of(part, motions, light).at(delays)) for part, light in _alike(records, wavelength, index, flow)]

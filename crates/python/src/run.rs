@@ -63,8 +63,8 @@ impl Driven {
     ) -> PyResult<Self> {
         let (pool, started, time) = (limits.pool()?, Instant::now(), run.time);
         let ((body, stopped), interrupted) = watched(py, tick, time, |shared| {
-            let (handle, asked) = (&shared.handle, || shared.asked());
-            let mut clock = Clock::start(time, &asked);
+            let (handle, requested) = (&shared.handle, || shared.requested());
+            let mut clock = Clock::start(time, &requested);
             let body = pool.install(|| {
                 run.choose(handle);
                 let mut body = run.start()?;

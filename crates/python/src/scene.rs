@@ -38,7 +38,7 @@ pub struct Scene {
 /// Settings that replace settings of a scene.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-pub struct Instead {
+pub struct Overrides {
     integrator: Option<String>,
     sampler: Option<String>,
     adaptive: bool,
@@ -47,7 +47,7 @@ pub struct Instead {
     memory: Option<u64>,
 }
 
-impl Instead {
+impl Overrides {
     fn options(self) -> PyResult<LoadOptions> {
         let silenced = self.silence.iter().map(|name| lints::named(name));
         let silenced = silenced
@@ -79,7 +79,7 @@ pub fn load_file(
     let recipe = ("file", source, defines.clone(), instead.clone()).into_py_any(py)?;
     let options = LoadOptions {
         defines,
-        ..instead.extract::<Instead>()?.options()?
+        ..instead.extract::<Overrides>()?.options()?
     };
     let name = path.file_name().unwrap_or(path.as_os_str()).to_owned();
     let loading = options.loading.clone();
@@ -101,7 +101,7 @@ pub fn load_dict(
 ) -> PyResult<Scene> {
     let recipe = ("dict", scene.clone(), defines.clone(), instead.clone()).into_py_any(py)?;
     let item = dict::scene(scene)?;
-    let options = instead.extract::<Instead>()?.options()?;
+    let options = instead.extract::<Overrides>()?.options()?;
     let loading = options.loading.clone();
     let loaded = watch::loaded(py, &loading, move || {
         let mut diagnostics = Diagnostics::new();

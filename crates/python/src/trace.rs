@@ -207,7 +207,7 @@ fn follow_all(
     for first in (0..starts.len()).step_by(BLOCK) {
         let block = first..(first + BLOCK).min(starts.len());
         let one = |i| {
-            let is_over = shared.asked() || shared.handle.end_requested();
+            let is_over = shared.requested() || shared.handle.end_requested();
             let path = (!is_over).then(|| follow(starts.get(i)))?;
             Some(if keep { path } else { without_way(path) })
         };

@@ -25,7 +25,7 @@ pub struct Shared {
 
 impl Shared {
     /// Returns true if the work is to end soon.
-    pub fn asked(&self) -> bool {
+    pub fn requested(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
     }
 }

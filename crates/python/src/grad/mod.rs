@@ -80,7 +80,7 @@ impl Columns {
             blocks.for_each(|(block, ((x, d), (lengths, failures)))| {
                 let mut ray = course.ray(layout);
                 for i in 0..lengths.len() {
-                    if shared.asked() || shared.handle.end_requested() {
+                    if shared.requested() || shared.handle.end_requested() {
                         return;
                     }
                     match of(block * BLOCK + i, &mut ray) {

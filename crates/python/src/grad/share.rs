@@ -39,7 +39,7 @@ impl Share<'_> {
         let mut ray = course.ray(layout);
         for i in 0..self.by_origins.len() / 3 {
             let at = self.first + i;
-            if shared.asked() || shared.handle.end_requested() {
+            if shared.requested() || shared.handle.end_requested() {
                 return;
             }
             if !loss.depends_on(at) {
