@@ -22,12 +22,14 @@ from plugin_scenes import (
     BLUE,
     CREAM,
     GREEN,
+    HEIGHT,
     ORIGIN,
-    Plugin,
     RED,
     SAMPLED,
     STUDIO,
     TARGET,
+    WIDTH,
+    Plugin,
     ball,
     bumps,
     camera,
@@ -35,18 +37,22 @@ from plugin_scenes import (
     copies,
     diffuse,
     dusk,
+    filters,
     floor,
     fog_ball,
     in_studio,
     index_ball,
     invisible_hull,
+    layers,
     leaning,
     lit,
     lookat,
     luminaire,
+    normals,
     of_voxels,
     open_tube,
     pane,
+    refracting_ball,
     relief,
     ring,
     ring_of_distances,
@@ -54,8 +60,10 @@ from plugin_scenes import (
     scattered,
     scene,
     shaded_ring,
+    sheet,
     slide,
     solid,
+    star,
     surface,
     turned,
     upright,
@@ -70,6 +78,34 @@ COLOURS = 192
 # Bsdfs.
 
 BSDFS = {
+    "bsdf-circular": (
+        "A right-handed and a left-handed circular polariser in front of a matt ball: where they overlap, they block the light",
+        lambda: filters(({"type": "circular"}, 0.55, -0.35), ({"type": "circular", "left_handed": True}, 0.55, 0.35)),
+    ),
+    "bsdf-polarizer": (
+        "Two crossed polarisers in front of a matt ball: where they overlap, they block the light",
+        lambda: filters(({"type": "polarizer"}, 0.55, -0.35), ({"type": "polarizer", "theta": 90}, 0.55, 0.35)),
+    ),
+    "bsdf-retarder": (
+        "A small quarter-wave plate between crossed polarisers: the light behind it passes",
+        lambda: filters(
+            ({"type": "polarizer"}, 0.62, 0), ({"type": "retarder", "theta": 45, "delta": 90}, 0.25, 0), ({"type": "polarizer", "theta": 90}, 0.62, 0)
+        ),
+    ),
+    "bsdf-normalmap": (
+        "A matt ball with a map of normals: its outline stays round",
+        lambda: surface(
+            {
+                "type": "normalmap",
+                "normalmap": {"type": "bitmap", "data": normals(), "raw": True, "to_uv": [{"scale": [6, 3, 1]}]},
+                "bsdf": diffuse(CREAM),
+            }
+        ),
+    ),
+    "bsdf-principledthin": (
+        "A thin sheet before a light: it shows the shadow of a bar behind it",
+        lambda: sheet({"type": "principledthin", "base_color": CREAM, "roughness": 0.4, "diff_trans": 1.4}),
+    ),
     "bsdf-bumpmap": (
         "A matt ball with bumps: its outline stays round",
         lambda: surface(
@@ -365,6 +401,7 @@ def curves(folder: Path) -> dict[str, tuple[str, Any]]:
 
     return {
         "shape-bsplinecurve": ("A tube along a spiral", lambda: shown("bsplinecurve", "spiral.txt", helix(3, 0.07), diffuse(BLUE))),
+        "shape-linearcurve": ("A tube along straight parts", lambda: shown("linearcurve", "zigzag.txt", helix(3, 0.07, 16), diffuse(BLUE))),
     }
 
 
@@ -419,6 +456,22 @@ def textures(folder: Path) -> dict[str, tuple[str, Any]]:
                 }
             ),
         ),
+        "texture-volume": (
+            "A ball cut out of a volume of tilted layers",
+            lambda: surface(
+                diffuse(
+                    {
+                        "type": "volume",
+                        "volume": {
+                            "type": "gridvolume",
+                            "data": layers(),
+                            "raw": True,
+                            "to_world": [{"translate": [-0.5, 0, -0.5]}, {"scale": 1.9}],
+                        },
+                    }
+                )
+            ),
+        ),
         "texture-mesh_attribute": ("A torus with colours stored at its vertices", shaded_ring),
     }
 
@@ -427,6 +480,26 @@ def textures(folder: Path) -> dict[str, tuple[str, Any]]:
 
 BEFORE = "A checkerboard seen through a ball of this index"
 VOLUMES = {
+    "volume-transducer": (
+        f"{BEFORE}: a wave of sound from the left that converges to the middle",
+        lambda: index_ball(
+            {
+                "type": "transducer",
+                "aperture": "bowl",
+                "radius": 3,
+                "diameter": 3.6,
+                "origin": [-3, 0, 0],
+                "direction": [1, 0, 0],
+                "pressure": 1.5e4,
+                "frequency": 1e6,
+                "sound_speed": 4e5,
+                "n0": 1,
+                "dn_dp": 1e-7,
+                "min": [-0.95, -0.95, -0.95],
+                "max": [0.95, 0.95, 0.95],
+            }
+        ),
+    ),
     "volume-bspline": (
         f"{BEFORE}: 32 × 32 × 32 samples of two bumps",
         lambda: index_ball({"type": "bspline", "data": bumps(1, 0.12), **SAMPLED}),
@@ -488,6 +561,10 @@ VOLUMES = {
 UNDER = "A glass ball under a small light"
 INTEGRATORS = {
     "integrator-bdpt": (f"{UNDER}, 48 samples per pixel", lambda: caustic({"type": "bdpt"}, 48)),
+    "integrator-direct": (
+        f"{UNDER}: the ball reflects the lights, and refracted light is missing",
+        lambda: caustic({"type": "direct"}, 96),
+    ),
     "integrator-particle": (
         f"{UNDER}, 96 particles per pixel: reflections in the ball are missing",
         lambda: caustic({"type": "particle"}, 96),
@@ -503,12 +580,22 @@ SENSORS = {
         lambda: row_of({"type": "orthographic", "to_world": [{"scale": [2.4, 2.4, 1]}, *lookat(ORIGIN, TARGET)]}),
     ),
     "sensor-perspective": ("Five balls in a row", lambda: row_of(camera(ORIGIN, TARGET, 34))),
+    "sensor-telecentric": (
+        "Five balls in a row: all appear equally large, and the third is in focus",
+        lambda: row_of(
+            {"type": "telecentric", "acceptance_angle": 1.5, "focus_distance": 7.6, "to_world": [{"scale": [2.4, 2.4, 1]}, *lookat(ORIGIN, TARGET)]}
+        ),
+    ),
     "sensor-thinlens": (
         "Five balls in a row: the third is in focus",
         lambda: row_of(camera(ORIGIN, TARGET, 34, type="thinlens", aperture_radius=0.25, focus_distance=7.6)),
     ),
 }
 MEDIA = {
+    "medium-transparent": (
+        "A checkerboard seen through a ball of water",
+        lambda: refracting_ball(1.333),
+    ),
     "medium-homogeneous": (
         "A ball of coloured fog: g = 0.4",
         lambda: fog_ball({"type": "homogeneous", "sigma_t": 2, "albedo": CREAM, "phase": {"type": "hg", "g": 0.4}}),
@@ -516,10 +603,21 @@ MEDIA = {
 }
 
 
+SEEN = "A star of 24 rays on 40 × 30 pixels"
+FILTERS = {
+    "rfilter-box": (f"{SEEN}: jagged edges", lambda: star({"type": "box"})),
+    "rfilter-tent": (f"{SEEN}: smooth edges", lambda: star({"type": "tent"})),
+    "rfilter-gaussian": (f"{SEEN}: smooth, soft edges", lambda: star({"type": "gaussian"})),
+    "rfilter-mitchell": (f"{SEEN}: edges sharper than by a Gaussian", lambda: star({"type": "mitchell"})),
+    "rfilter-catmullrom": (f"{SEEN}: sharp edges", lambda: star({"type": "catmullrom"})),
+    "rfilter-lanczos": (f"{SEEN}: the sharpest edges", lambda: star({"type": "lanczos"})),
+}
+
+
 def pictures(folder: Path) -> dict[str, tuple[str, Any]]:
     """Returns all images: caption, and function that makes the scene. Files that scenes need go to
     a folder."""
-    made = [BSDFS, PHASES, emitters(folder), SHAPES, curves(folder), textures(folder), VOLUMES, MEDIA, INTEGRATORS, SENSORS]
+    made = [BSDFS, PHASES, emitters(folder), SHAPES, curves(folder), textures(folder), VOLUMES, MEDIA, INTEGRATORS, SENSORS, FILTERS]
     return {name: entry for group in made for name, entry in group.items()}
 
 
@@ -543,7 +641,7 @@ def render(name: str, make: Any, folder: Path) -> int:
     source, raw = folder / f"{name}.json", folder / f"{name}.png"
     source.write_text(json.dumps(make()))
     program.output("render", str(source), "--quiet", "--threads", os.environ.get("MORGANA_THREADS", "2"), "--exposure", "0", "-o", str(raw))
-    image = Image.open(raw).convert("RGB").quantize(COLOURS, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+    image = Image.open(raw).convert("RGB").resize((WIDTH, HEIGHT), Image.Resampling.NEAREST).quantize(COLOURS, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
     image.save(FOLDER / f"{name}.png", optimize=True)
     return (FOLDER / f"{name}.png").stat().st_size
 

@@ -106,10 +106,40 @@ def invisible_hull() -> Plugin:
     return in_studio(ball=ball({"type": "null"}, interior=fog))
 
 
+def filters(*panes: tuple[Plugin, float, float]) -> Plugin:
+    """Square filters of polarised light in front of a ball: each with half its side, and the place of its middle across."""
+    objects = {"ball": ball(diffuse(CREAM), 0.7, z=-0.5)}
+    for i, (bsdf, size, x) in enumerate(panes):
+        placed = [{"scale": [size, size, 1]}, {"translate": [x, 0.85, 0.7 + 0.2 * i]}]
+        objects[f"filter_{i}"] = {"type": "rectangle", "to_world": placed, "bsdf": bsdf}
+    return scene({**STUDIO, **objects}, 128, integrator={"type": "stokes", "path": {"type": "path"}})
+
+
+def sheet(bsdf: Plugin) -> Plugin:
+    """A thin sheet that hides a light and a bar in front of this light."""
+    placed = [{"scale": [0.8, 0.7, 1]}, *turned(-20, {"translate": [0, 0.72, 0]})]
+    bar = {"type": "cylinder", "p0": [-0.9, 0.2, -0.45], "p1": [0.9, 1.3, -0.45], "radius": 0.07, "bsdf": {"type": "twosided", "bsdf": diffuse(0.1)}}
+    lamp = window([0.1, 0.5, -3], 14, 0.4, [0, 0.7, 0])
+    return scene({"sky": SKY, "floor": floor(), "lamp": lamp, "bar": bar, "sheet": {"type": "rectangle", "to_world": placed, "bsdf": bsdf}}, 128)
+
+
 def relief(size: int = 64) -> list[list[float]]:
     """Heights of waves that repeat."""
     wave = [math.sin(2 * math.pi * 4 * i / size) for i in range(size)]
     return [[0.5 + 0.25 * (a + b) for a in wave] for b in wave]
+
+
+def normals(size: int = 64) -> list[list[list[float]]]:
+    """Normals of the waves of `relief`, as colours."""
+    rows = []
+    for j in range(size):
+        row = []
+        for i in range(size):
+            slope = [0.6 * math.cos(2 * math.pi * 4 * k / size) for k in (i, j)]
+            length = math.sqrt(1 + slope[0] ** 2 + slope[1] ** 2)
+            row.append([0.5 - 0.5 * slope[0] / length, 0.5 - 0.5 * slope[1] / length, 0.5 + 0.5 / length])
+        rows.append(row)
+    return rows
 
 
 # Phase functions.
@@ -273,6 +303,14 @@ def of_voxels(surface: str, x: float) -> Plugin:
     return {"type": "labels", "data": labels, "surface": surface, "to_world": placed, "1": gelatine}
 
 
+def layers(size: int = 48) -> list[list[list[list[float]]]]:
+    """Colours of tilted layers in the unit cube, [z][y][x][channel]."""
+    at = [(i + 0.5) / size for i in range(size)]
+    cream, red, blue = [0.75, 0.6, 0.42], [0.62, 0.1, 0.06], [0.06, 0.15, 0.45]
+    colours = [cream, red, cream, blue]
+    return [[[colours[int(10 * (y + 0.35 * x + 0.2 * z)) % 4] for x in at] for y in at] for z in at]
+
+
 def ring_of_distances(size: int = 40) -> list[list[list[list[float]]]]:
     """Signed distances to a ring in the unit cube, [z][y][x][0]."""
     at = [2 * i / (size - 1) - 1 for i in range(size)]
@@ -290,7 +328,7 @@ def leaning(shape: Plugin) -> Plugin:
 # Indices.
 
 
-def index_ball(volume: Plugin, radius: float = 0.9) -> Plugin:
+def index_ball(volume: Any, radius: float = 0.9) -> Plugin:
     """A ball of clear matter in front of a checkerboard."""
     board = {
         "type": "rectangle",
@@ -300,6 +338,14 @@ def index_ball(volume: Plugin, radius: float = 0.9) -> Plugin:
     }
     lens = {"type": "sphere", "radius": radius, "bsdf": {"type": "null"}, "interior": {"type": "transparent", "ior": volume}}
     return scene({"board": board, "lens": lens}, 64, camera([0, 0, 6], [0, 0, 0], 22), {"type": "path", "max_depth": 1})
+
+
+def refracting_ball(index: Any, **film: Any) -> Plugin:
+    """A ball with a smooth surface in front of the checkerboard of `index_ball`, on a film with further parameters."""
+    made = index_ball(index)
+    made["lens"]["bsdf"] = {"type": "dielectric"}
+    made["sensor"]["film"].update(film)
+    return {**made, "integrator": {"type": "path", "max_depth": 3}}
 
 
 SAMPLED = {"axis_order": "zyx", "placement": "nodes", "to_world": [{"translate": [-0.5, -0.5, -0.5]}, {"scale": 2}]}
@@ -336,3 +382,17 @@ ORIGIN, TARGET = [-0.4, 2.4, 6.4], [0.1, 0.35, -1.0]
 def fog_ball(medium: Plugin) -> Plugin:
     """A ball of a medium without a surface."""
     return with_caustics(ball=ball({"type": "null"}, interior=medium))
+
+
+# Reconstruction filters.
+
+
+def star(rfilter: Plugin) -> Plugin:
+    """A star of black rays on 40 × 30 pixels."""
+    count, spokes = 24, {}
+    for i in range(count):
+        placed = [{"scale": [2, 0.045, 1]}, {"translate": [2.1, 0, 0]}, {"rotate": {"axis": [0, 0, 1], "angle": 360 * i / count + 4}}]
+        spokes[f"spoke_{i}"] = {"type": "rectangle", "to_world": placed, "bsdf": diffuse(0)}
+    made = scene({"sky": {"type": "constant", "radiance": 0.8}, **spokes}, 1024, camera([0, 0, 6], [0, 0, 0], 32), {"type": "path", "max_depth": 1})
+    made["sensor"]["film"] = {"type": "hdrfilm", "width": 40, "height": 30, "rfilter": rfilter}
+    return made
