@@ -531,12 +531,12 @@ impl<L: PathLog> Tracing<'_, L> {
         let by_chance = edge.geometry.density(*direction_pdf, found.n) * found.cos * survival;
         let most = by_connection / (by_connection + by_chance);
         // If the weight of connections is small, compute it only with some probability.
-        let asked = if self.scene.is_straight() || self.ws.nee_training.is_some() {
+        let evaluated = if self.scene.is_straight() || self.ws.nee_training.is_some() {
             1.0
         } else {
             (DISCOVERY_OVERSAMPLING * most).min(1.0)
         };
-        if asked < 1.0 && self.sampler.next_1d() >= asked {
+        if evaluated < 1.0 && self.sampler.next_1d() >= evaluated {
             return 1.0;
         }
         // Compute e, the probability that connections discover the edge.
@@ -552,7 +552,7 @@ impl<L: PathLog> Tracing<'_, L> {
         let share = by_connection * discovery / (by_connection * discovery + by_chance);
         // Planted error "weights that were asked for seldom not made up for", found by morgana-transport/transport::connections::any_rate_is_unbiased:
         // 1.0 - share
-        1.0 - share / asked
+        1.0 - share / evaluated
     }
 
     /// Returns the work so far, if a pilot needs it.

@@ -146,7 +146,7 @@ impl Tasks {
 }
 
 /// Takes a range of samples of the whole image, whole replicates, for the source's channel group.
-/// Also finds images of strategies if `told_apart`.
+/// Also finds images of strategies if `separates_strategies`.
 pub(super) fn pass(
     light: &LightSamples,
     samples: Range<u64>,

@@ -120,7 +120,7 @@ impl Quantity {
         names.into_iter().zip(parts).filter_map(quantity).collect()
     }
 
-    /// Reads the quantity from the meter's part of a tally. If `forget` is set, it frees the sums
+    /// Reads the quantity from the meter's part of a tally. If `clear` is set, it frees the sums
     /// on the way.
     pub(super) fn read(&self, part: &mut TallyPart, clear: bool) -> Reading {
         let TallyPart {

@@ -172,11 +172,11 @@ impl SoundAlong {
         sound: &Modulation,
         parts: &[RayPart],
     ) {
-        for (asked, values) in self.parts.iter().zip(&self.values) {
-            let part = &parts[asked.part];
+        for (request, values) in self.parts.iter().zip(&self.values) {
+            let part = &parts[request.part];
             let (arc, range) = (&part.arc, [0.0, part.theta_end]);
-            let ends = asked.ends.map(|place| &self.amplitudes[place]);
-            modulation.index += match asked.quadrature {
+            let ends = request.ends.map(|place| &self.amplitudes[place]);
+            modulation.index += match request.quadrature {
                 Some(by) => sound.along_by(by, arc, range, ends, values),
                 None => sound.along(arc, range, &ends.map(|end| *end)),
             };
