@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Renders the pictures of pages whose own commands render them small and fast.
+"""Renders the pictures of pages whose own commands render them small and fast. Needs Pillow.
 
 Usage: scripts/page_pictures.py [--program target/release/morgana] [NAME ...]
 
@@ -16,6 +16,8 @@ import tempfile
 from pathlib import Path
 
 import documents
+import panels
+from PIL import Image
 
 PICTURES = {
     "docs/start/first-scene.md": {
@@ -27,15 +29,11 @@ PICTURES = {
         "start/beam": (420, 252, 16),
         "start/sure": (420, 252, 64),
     },
-    "docs/guides/graphics.md": {
-        "guides/glass": (408, 272, 64),
-        "guides/graded": (408, 272, 64),
-    },
 }
 """Width, height and samples per pixel of each picture, by page."""
 
-INTEGRATORS = {"start/beam": "bdpt", "start/sure": "bdpt", "guides/glass": "vcm", "guides/graded": "bdpt"}
-"""Integrators of pictures, where the page's command or the pilot takes another one."""
+INTEGRATORS = {"start/beam": "bdpt", "start/sure": "bdpt"}
+"""Integrators of pictures whose commands leave the choice to the pilot, which depends on the size of the film."""
 
 
 @dataclasses.dataclass
@@ -47,12 +45,10 @@ class Pictures(documents.Page):
     threads: list = dataclasses.field(default_factory=list)
 
     def output(self, command, shown):
-        """Runs a command if it copies a scene, or renders a picture."""
+        """Runs a command if it renders a picture."""
         words = shlex.split(command)
-        if words[0] == "cp":
-            subprocess.run(words, cwd=self.folder, check=True)
         if words[:2] == ["morgana", "render"]:
-            for name in self.names & {f"{kind}/{word.removesuffix('.png')}" for word in words for kind in ("start", "guides") if word.endswith(".png")}:
+            for name in self.names & {f"start/{word.removesuffix('.png')}" for word in words if word.endswith(".png")}:
                 self.render(name, words[2:])
         return ""
 
@@ -73,16 +69,8 @@ class Pictures(documents.Page):
         command = [self.program, "render", "large.xml", *kept, *chosen, *sampled, "-o", "large.png"]
         print(*command, flush=True)
         subprocess.run(command, cwd=self.folder, check=True)
-        save(self.folder / "large.png", picture)
-
-
-def save(source, target):
-    """Writes a picture with 256 colours."""
-    from PIL import Image
-
-    image = Image.open(source).convert("RGB").quantize(256, Image.Quantize.MAXCOVERAGE, kmeans=3, dither=Image.Dither.NONE)
-    image.save(target, optimize=True)
-    print(f"{target.relative_to(documents.ROOT)}: {target.stat().st_size} bytes", flush=True)
+        panels.save(Image.open(self.folder / "large.png").convert("RGB"), picture)
+        print(f"{picture.relative_to(documents.ROOT)}: {picture.stat().st_size} bytes", flush=True)
 
 
 def main():
