@@ -19,14 +19,14 @@ use std::ops::Range;
 
 /// Fraction of uniform choices.
 pub(super) const UNIFORM_FRACTION: f64 = 0.1;
-/// Largest number of emitters that are weighed one by one.
+/// Largest number of emitters that are with_leaf one by one.
 const BUCKET: usize = 8;
-/// A node of the tree: some emitters, weighed together.
+/// A node of the tree: some emitters, with_leaf together.
 #[derive(Clone, Debug)]
 struct Node {
     content: Content,
     parent: usize,
-    /// Ball around all near emitters; `None` for distant emitters, which are weighed one by one.
+    /// Ball around all near emitters; `None` for distant emitters, which are with_leaf one by one.
     ball: Option<(DVec3, f64)>,
     strength: f64,
 }
@@ -131,7 +131,7 @@ pub(crate) struct EmitterChoice<'a> {
     group: &'a Group,
     emitters: &'a [Emitter],
     receiver: &'a Receiver<'a>,
-    /// Leaf whose members were weighed last, and their weights.
+    /// Leaf whose members were with_leaf last, and their weights.
     last: RefCell<Option<(usize, LeafWeights)>>,
 }
 
@@ -210,7 +210,7 @@ impl<'a> EmitterChoice<'a> {
 
     /// Returns a result from the weights of a leaf with these members. The weights of the last leaf
     /// are stored.
-    fn from_weights<T>(
+    fn with_leaf<T>(
         &self,
         leaf: usize,
         members: &Range<usize>,
@@ -249,7 +249,7 @@ impl<'a> EmitterChoice<'a> {
                     at = children[usize::from(second)];
                 }
                 Content::Leaf(range) => {
-                    return range.start + self.from_weights(at, range, |w| w.choose(u));
+                    return range.start + self.with_leaf(at, range, |w| w.choose(u));
                 }
             }
         }
@@ -261,7 +261,7 @@ impl<'a> EmitterChoice<'a> {
         let mut at = self.group.members[member].leaf;
         let mut p = match &nodes[at].content {
             Content::Leaf(range) => {
-                self.from_weights(at, range, |w| w.probability(member - range.start))
+                self.with_leaf(at, range, |w| w.probability(member - range.start))
             }
             Content::Inner(_) => 0.0,
         };
