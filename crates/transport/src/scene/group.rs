@@ -19,14 +19,14 @@ use std::ops::Range;
 
 /// Fraction of uniform choices.
 pub(super) const UNIFORM_FRACTION: f64 = 0.1;
-/// Largest number of emitters that are with_leaf one by one.
+/// Largest number of emitters that are weighed one by one.
 const BUCKET: usize = 8;
-/// A node of the tree: some emitters, with_leaf together.
+/// A node of the tree: some emitters, weighed together.
 #[derive(Clone, Debug)]
 struct Node {
     content: Content,
     parent: usize,
-    /// Ball around all near emitters; `None` for distant emitters, which are with_leaf one by one.
+    /// Ball around all near emitters; `None` for distant emitters, which are weighed one by one.
     ball: Option<(DVec3, f64)>,
     strength: f64,
 }
@@ -131,7 +131,7 @@ pub(crate) struct EmitterChoice<'a> {
     group: &'a Group,
     emitters: &'a [Emitter],
     receiver: &'a Receiver<'a>,
-    /// Leaf whose members were with_leaf last, and their weights.
+    /// Leaf whose members were weighed last, and their weights.
     last: RefCell<Option<(usize, LeafWeights)>>,
 }
 
