@@ -119,8 +119,8 @@ def sheet(bsdf: Plugin) -> Plugin:
     """A thin sheet that hides a light and a bar in front of this light."""
     placed = [{"scale": [0.8, 0.7, 1]}, *turned(-20, {"translate": [0, 0.72, 0]})]
     bar = {"type": "cylinder", "p0": [-0.9, 0.2, -0.45], "p1": [0.9, 1.3, -0.45], "radius": 0.07, "bsdf": {"type": "twosided", "bsdf": diffuse(0.1)}}
-    lamp = window([0.1, 0.5, -3], 14, 0.4, [0, 0.7, 0])
-    return scene({"sky": SKY, "floor": floor(), "lamp": lamp, "bar": bar, "sheet": {"type": "rectangle", "to_world": placed, "bsdf": bsdf}}, 128)
+    light = window([0.1, 0.5, -3], 14, 0.4, [0, 0.7, 0])
+    return scene({"sky": SKY, "floor": floor(), "light": light, "bar": bar, "sheet": {"type": "rectangle", "to_world": placed, "bsdf": bsdf}}, 128)
 
 
 def relief(size: int = 64) -> list[list[float]]:
