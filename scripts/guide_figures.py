@@ -9,7 +9,6 @@ A NAME is a figure in docs/images/guides without its ending; by default, all of 
 import argparse
 import io
 import os
-import re
 import sys
 import warnings
 from pathlib import Path
@@ -20,7 +19,6 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import morgana
 import morgana.schlieren
-import numpy as np
 from PIL import Image
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -43,25 +41,7 @@ def bos_pair():
     return fig
 
 
-def two_points():
-    """Two points by open and obscured apertures, by the scene of docs/guides/coherence.md."""
-    blocks = re.findall(r"^```python\n(.*?)^```", (ROOT / "docs/guides/coherence.md").read_text(), re.DOTALL | re.MULTILINE)
-    (block,) = [block for block in blocks if "def seen" in block]
-    guide = {}
-    exec(block.partition("\nimage = seen")[0], guide)
-    fig, axes = plt.subplots(1, 4, figsize=(9.6, 3), layout="constrained", sharey=True)
-    for i, (obscuration, name) in enumerate([(0.0, "open"), (0.5, "obscured")]):
-        image = guide["seen"](spp=4000, pixels=48, obscuration=obscuration)
-        for channel, wavelength in enumerate(["450 nm", "650 nm"]):
-            shown = np.sqrt(image[..., channel] / image[..., channel].max())
-            drawn = axes[2 * i + channel].imshow(shown, cmap="magma", vmin=0, vmax=1, extent=[-12, 12, -12, 12])
-            axes[2 * i + channel].set(title=f"{wavelength}, {name}", xlabel="x (µm)")
-    axes[0].set_ylabel("y (µm)")
-    fig.colorbar(drawn, ax=axes, label="√(radiance / largest)")
-    return fig
-
-
-FIGURES = {"bos_pair": bos_pair, "two_points": two_points}
+FIGURES = {"bos_pair": bos_pair}
 
 
 def save(fig, path):
