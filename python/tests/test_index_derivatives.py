@@ -68,7 +68,7 @@ def test_scenes_whose_light_jumps_are_refused():
             morgana.derivatives(load(scene), list(names), weights() if by is None else by, **options)
 
     point = {"type": "point", "position": [0, 3, 0], "intensity": 1.0}
-    refused("the light of 'point' jumps", {**foggy(), "lantern": point})
+    refused("the light of 'point' has sharp edges", {**foggy(), "lantern": point})
     wall = {"type": "rectangle", "to_world": [{"translate": [0, 0, 3]}], "bsdf": {"type": "diffuse"}}
     refused("'wall' is not", {**foggy(), "wall": wall})
     bright = {**wall, "bsdf": {"type": "diffuse", "reflectance": 0.0}, "light": {"type": "area", "radiance": 1.0}}
@@ -86,7 +86,7 @@ def test_scenes_whose_light_jumps_are_refused():
     def never(result):
         raise AssertionError("a render before the check")
 
-    refused("the light of 'point' jumps", {**foggy(), "lantern": point}, by=never)
+    refused("the light of 'point' has sharp edges", {**foggy(), "lantern": point}, by=never)
     refused("no parameter 'height'", foggy(), names=["fog.ior.height"], by=never)
     for blurs in ("photon", "sppm", "vcm"):
         refused(f"the integrator {blurs} blurs light, which then has no derivatives", foggy(), by=never, integrator=blurs)
