@@ -29,10 +29,14 @@ PICTURES = {
         "start/beam": (420, 252, 16),
         "start/sure": (420, 252, 64),
     },
+    "docs/guides/graphics.md": {
+        "guides/glass": (408, 272, 256),
+        "guides/graded": (408, 272, 128),
+    },
 }
 """Width, height and samples per pixel of each picture, by page."""
 
-INTEGRATORS = {"start/beam": "bdpt", "start/sure": "bdpt"}
+INTEGRATORS = {"start/beam": "bdpt", "start/sure": "bdpt", "guides/glass": "bdpt", "guides/graded": "bdpt"}
 """Integrators of pictures whose commands leave the choice to the pilot, which depends on the size of the film."""
 
 
@@ -45,11 +49,14 @@ class Pictures(documents.Page):
     threads: list = dataclasses.field(default_factory=list)
 
     def output(self, command, shown):
-        """Runs a command if it renders a picture."""
+        """Runs a command if it copies a scene or renders a picture."""
         words = shlex.split(command)
+        if words[0] == "cp":
+            return super().output(command, shown)
         if words[:2] == ["morgana", "render"]:
-            for name in self.names & {f"start/{word.removesuffix('.png')}" for word in words if word.endswith(".png")}:
-                self.render(name, words[2:])
+            for name in sorted(self.names):
+                if f"{Path(name).name}.png" in words:
+                    self.render(name, words[2:])
         return ""
 
     def python(self, code):
