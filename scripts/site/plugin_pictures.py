@@ -34,12 +34,15 @@ from plugin_scenes import (
     bumps,
     camera,
     caustic,
+    clouds,
     copies,
     diffuse,
     dusk,
     filters,
     floor,
     fog_ball,
+    fur,
+    furry,
     in_studio,
     index_ball,
     invisible_hull,
@@ -52,6 +55,7 @@ from plugin_scenes import (
     of_voxels,
     open_tube,
     pane,
+    puff,
     refracting_ball,
     relief,
     ring,
@@ -101,6 +105,10 @@ BSDFS = {
                 "bsdf": diffuse(CREAM),
             }
         ),
+    ),
+    "bsdf-pplastic": (
+        "A blue ball with a rough coat, alpha = 0.1",
+        lambda: surface({"type": "pplastic", "diffuse_reflectance": BLUE, "alpha": 0.1}),
     ),
     "bsdf-principledthin": (
         "A thin sheet before a light: it shows the shadow of a bar behind it",
@@ -402,6 +410,10 @@ def curves(folder: Path) -> dict[str, tuple[str, Any]]:
     return {
         "shape-bsplinecurve": ("A tube along a spiral", lambda: shown("bsplinecurve", "spiral.txt", helix(3, 0.07), diffuse(BLUE))),
         "shape-linearcurve": ("A tube along straight parts", lambda: shown("linearcurve", "zigzag.txt", helix(3, 0.07, 16), diffuse(BLUE))),
+        "shape-hair": (
+            "A ball with 1500 strands",
+            lambda: furry(fur(folder)),
+        ),
     }
 
 
@@ -480,6 +492,10 @@ def textures(folder: Path) -> dict[str, tuple[str, Any]]:
 
 BEFORE = "A checkerboard seen through a ball of this index"
 VOLUMES = {
+    "volume-cauchy": (
+        f"{BEFORE}, with a refracting surface: n = 1.35 + 0.05 µm²/λ²",
+        lambda: refracting_ball({"type": "cauchy", "a": 1.35, "b": 0.05}, pixel_format="spectral", wavelengths=list(range(430, 680, 20))),
+    ),
     "volume-transducer": (
         f"{BEFORE}: a wave of sound from the left that converges to the middle",
         lambda: index_ball(
@@ -592,6 +608,16 @@ SENSORS = {
     ),
 }
 MEDIA = {
+    "medium-heterogeneous": (
+        "Two clouds, from 24 × 24 × 24 samples",
+        lambda: clouds(
+            {
+                "type": "heterogeneous",
+                "sigma_t": {"type": "gridvolume", "data": puff(), "to_world": [{"translate": [-0.5, 0, -0.5]}, {"scale": 1.8}]},
+                "albedo": 0.95,
+            }
+        ),
+    ),
     "medium-transparent": (
         "A checkerboard seen through a ball of water",
         lambda: refracting_ball(1.333),

@@ -303,6 +303,37 @@ def of_voxels(surface: str, x: float) -> Plugin:
     return {"type": "labels", "data": labels, "surface": surface, "to_world": placed, "1": gelatine}
 
 
+def fur(folder: Path, strands: int = 1500) -> str:
+    """Writes strands that grow out of a ball and bend down. Returns the path of the file."""
+    lines = []
+    for i in range(strands):
+        height, turn = 1 - 2 * (i + 0.5) / strands, math.pi * (3 - math.sqrt(5)) * i
+        across = math.sqrt(1 - height * height)
+        out = [across * math.cos(turn), height, across * math.sin(turn)]
+        for step in range(6):
+            far, drop = 0.5 + 0.06 * step, 0.012 * step * step
+            lines.append(" ".join(f"{far * a + b:.4f}" for a, b in zip(out, [0, 0.85 - drop, 0])))
+        lines.append("")
+    (folder / "fur.txt").write_text("\n".join(lines) + "\n")
+    return str(folder / "fur.txt")
+
+
+def furry(strands: str) -> Plugin:
+    """A ball with the strands of a file."""
+    hair = {"type": "hair", "filename": strands, "radius": 0.008, "bsdf": diffuse(CREAM)}
+    return scene({**STUDIO, "fur": hair, "ball": {**ball(diffuse(RED), 0.5), "center": [0, 0.85, 0]}}, 64)
+
+
+def puff(size: int = 24) -> list[list[list[list[float]]]]:
+    """Extinctions of two clouds in the unit cube, [z][y][x][0]."""
+    at = [2 * (i + 0.5) / size - 1 for i in range(size)]
+
+    def cloud(x: float, y: float, z: float) -> float:
+        return 9 * math.exp(-((x + 0.35) ** 2 + (y + 0.3) ** 2 + z * z) / 0.08) + 5 * math.exp(-((x - 0.3) ** 2 + (y - 0.25) ** 2 + z * z) / 0.12)
+
+    return [[[[cloud(x, y, z)] for x in at] for y in at] for z in at]
+
+
 def layers(size: int = 48) -> list[list[list[list[float]]]]:
     """Colours of tilted layers in the unit cube, [z][y][x][channel]."""
     at = [(i + 0.5) / size for i in range(size)]
@@ -382,6 +413,12 @@ ORIGIN, TARGET = [-0.4, 2.4, 6.4], [0.1, 0.35, -1.0]
 def fog_ball(medium: Plugin) -> Plugin:
     """A ball of a medium without a surface."""
     return with_caustics(ball=ball({"type": "null"}, interior=medium))
+
+
+def clouds(medium: Plugin) -> Plugin:
+    """A cube of a medium without a surface."""
+    placed = [{"scale": 0.9}, {"translate": [0, 0.9, 0]}]
+    return scene({**STUDIO, "cube": {"type": "cube", "to_world": placed, "bsdf": {"type": "null"}, "interior": medium}}, 256)
 
 
 # Reconstruction filters.
