@@ -81,7 +81,7 @@ fn seconds(mut work: impl FnMut()) -> f64 {
 /// Run it in a release build: `cargo test --release -p morgana-eikonal --test eikonal formulas --
 /// --ignored --nocapture`.
 #[test]
-#[ignore = "a measurement"]
+#[ignore = "measures time and asserts no bound: run it by hand in a release build"]
 fn cost_beside_fields_of_their_own() {
     let mut random = Random(5);
     let points: Vec<DVec3> = (0..20_000).map(|_| random.point(&region())).collect();
