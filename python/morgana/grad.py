@@ -235,8 +235,7 @@ class Rays:
 
     @property
     def placement(self) -> str:
-        """Placement of the outermost samples of a grid: ``"nodes"`` if they lie on the faces of the
-        box, ``"centers"`` if they lie half a spacing inside."""
+        """Outermost samples of a grid: ``"nodes"`` on the faces of the box, ``"centers"`` inside."""
         return "nodes" if self._options["nodes"] else "centers"
 
     def spacing(self, shape: Tuple[int, ...]) -> Doubles:
@@ -329,11 +328,10 @@ class Rays:
         Returns
         -------
         callable
-            ``ends(index, origins=None, directions=None)`` of CPU tensors. Without ``build``,
-            ``index`` holds samples [z, y, x] of n. With ``build``, it is a dictionary of
-            parameters, which ``build`` receives. There are derivatives by these parameters only.
-            ``origins`` (rays, 3) and ``directions`` (rays, 3) or (3,) replace the starts of the
-            rays, for a sensor or a source that moves. Numbers and NumPy arrays may replace tensors.
+            ``ends(index, origins=None, directions=None)`` of CPU tensors. ``index`` holds samples
+            [z, y, x] of n; with ``build``, a dictionary of its parameters. Only parameters in the
+            dictionary have derivatives. ``origins`` (rays, 3) and ``directions`` (rays, 3) or (3,)
+            replace starts of the rays, as for a moving sensor. Numbers and arrays also work.
 
             The function returns three tensors: positions, directions and optical lengths, as in
             :class:`Ends`. Rays without an end are NaN, and have no derivatives. Rays are traced in
