@@ -222,11 +222,11 @@ impl<'a> EmitterChoice<'a> {
         result(weights)
     }
 
-    fn weight(&self, node: usize) -> f64 {
-        let node = &self.group.nodes[node];
+    fn weight(&self, number: usize) -> f64 {
+        let node = &self.group.nodes[number];
         match (node.ball, &node.content) {
             (Some((center, radius)), _) => node.strength * self.receiver.near(center, radius),
-            (None, Content::Leaf(range)) => self.weights(range).total,
+            (None, Content::Leaf(range)) => self.with_leaf(number, range, |w| w.total),
             (None, Content::Inner(_)) => 0.0,
         }
     }
