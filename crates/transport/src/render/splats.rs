@@ -1,6 +1,6 @@
 //! Estimators whose samples contribute to several pixels.
 //!
-//! One sample of the whole image consists of one sample of every cell of the film. Contributions to
+//! Each sample of the whole image consists of a sample of every cell of the film. Contributions to
 //! a pixel are added up first. Then each pixel takes its sum as one sample, or as one sample of a
 //! replicate. The samples of a pixel, or its replicates, are therefore independent of one another.
 //! The variance of their mean is estimated as for any other estimator. The sums of one sample are
