@@ -129,15 +129,26 @@ impl Tree {
         range: [f64; 2],
         leaf: &mut impl FnMut(usize) -> f64,
     ) {
-        let Some([start, _]) = self.clip(sweep, range) else {
-            return;
-        };
+        if let Some([start, _]) = self.clip(sweep, range) {
+            self.visit_clipped(sweep, [start, range[1]], leaf);
+        }
+    }
+
+    /// Does the work of [`Tree::visit`] for a range that starts where the range of [`Tree::clip`]
+    /// starts.
+    #[inline]
+    pub(super) fn visit_clipped(
+        &self,
+        sweep: &Sweep,
+        [start, end]: [f64; 2],
+        leaf: &mut impl FnMut(usize) -> f64,
+    ) {
         if self.nodes.is_empty() {
             self.leaves.iter().for_each(|i| _ = leaf(*i as usize));
             return;
         }
         let ray = sweep.single(start);
-        let mut end = ray.parameter(range[1]);
+        let mut end = ray.parameter(end);
         let mut stack: SmallVec<[(f32, Child); STACK]> = SmallVec::new();
         let mut next = Some(&self.nodes[0]);
         loop {

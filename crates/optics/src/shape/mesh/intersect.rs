@@ -64,11 +64,11 @@ impl Mesh {
         // Start a long line where it reaches the mesh, so that no digits are lost.
         let origin = point(ends, near[0]);
         let line = Line::new(origin, d);
-        let ends = range.map(|t| (point(ends, t), self.point_noise(t, d)));
-        self.tree().visit(&sweep, near, &mut |i| {
+        let ends_of_range = || range.map(|t| (point(ends, t), self.point_noise(t, d)));
+        self.tree().visit_clipped(&sweep, near, &mut |i| {
             let t = self.triangle(i);
             if let Some((theta, w)) = line.intersect(t)
-                && crosses_plane(t, &ends)
+                && crosses_plane(t, &ends_of_range())
             {
                 nearest.offer((near[0] + theta).clamp(range[0].next_up(), range[1]), i, w);
             }
@@ -92,9 +92,9 @@ impl Mesh {
         let (Some(u_min), Some(u_max)) = (piece.u(range[0]), piece.u_end(nearest.end)) else {
             return;
         };
-        if self.tree().clip(&sweep, [u_min, u_max]).is_none() {
+        let Some([u_start, _]) = self.tree().clip(&sweep, [u_min, u_max]) else {
             return;
-        }
+        };
         // Halve pieces that deviate too much from their chords.
         if sweep.deviation() > MAX_DEVIATION && halvings > 0 {
             for half in piece.halves() {
@@ -102,13 +102,14 @@ impl Mesh {
             }
             return;
         }
-        self.tree().visit(&sweep, [u_min, u_max], &mut |i| {
-            let until = piece.u_end(nearest.end).unwrap_or(u_min);
-            if let Some((u, w)) = self.meet_triangle(&piece.control, i, [u_min, until]) {
-                nearest.offer(piece.at(u).max(range[0].next_up()), i, w);
-            }
-            piece.u_end(nearest.end).unwrap_or(u_min)
-        });
+        self.tree()
+            .visit_clipped(&sweep, [u_start, u_max], &mut |i| {
+                let until = piece.u_end(nearest.end).unwrap_or(u_min);
+                if let Some((u, w)) = self.meet_triangle(&piece.control, i, [u_min, until]) {
+                    nearest.offer(piece.at(u).max(range[0].next_up()), i, w);
+                }
+                piece.u_end(nearest.end).unwrap_or(u_min)
+            });
     }
 
     /// Returns the first crossing of a curve with triangle `i` for u in (range[0], range[1]].

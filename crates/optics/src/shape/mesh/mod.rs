@@ -291,6 +291,7 @@ impl Mesh {
         corners(&self.positions, &self.triangles[i])
     }
 
+    #[inline]
     pub(super) fn hit(&self, at: &Intersection) -> Hit {
         let (i, w) = (at.primitive as usize, at.local.to_array());
         let [a, b, c] = self.triangle(i);

@@ -4,6 +4,10 @@ use super::{Mesh, cross};
 use crate::shape::{ShapeError, Site};
 use glam::DVec3;
 
+/// Largest angle in radians between the normals of a vertex and a triangle that counts as rounding:
+/// two units in the sixth decimal, the last one that common file formats write.
+const MAX_FLAT_DEVIATION: f64 = 2e-6;
+
 impl Mesh {
     /// Returns the mesh with a normal for each vertex, of any length. Where the normals of a
     /// triangle cancel or are not finite, the geometric normal is used. Triangles of an open mesh
@@ -25,8 +29,7 @@ impl Mesh {
                 }
             }
         }
-        self.normals = Some(normals);
-        Ok(self)
+        Ok(self.shaded_by(normals))
     }
 
     /// Returns the mesh with the mean normal of the triangles around each vertex, weighted by their
@@ -52,7 +55,7 @@ impl Mesh {
         Ok(self.with_normals_around(|vertex| originals[vertex] as usize))
     }
 
-    fn with_normals_around(mut self, original: impl Fn(usize) -> usize) -> Self {
+    fn with_normals_around(self, original: impl Fn(usize) -> usize) -> Self {
         let mut normals = vec![DVec3::ZERO; self.positions.len()];
         for (i, corners) in self.triangles.iter().enumerate() {
             let t = self.triangle(i);
@@ -63,13 +66,23 @@ impl Mesh {
             }
         }
         let unit = |vertex| normals[original(vertex)].normalize_or_zero();
-        self.normals = Some((0..normals.len()).map(unit).collect());
-        self
+        let normals = (0..normals.len()).map(unit).collect();
+        self.shaded_by(normals)
     }
 
-    /// Returns true if the vertices have normals.
-    pub fn has_normals(&self) -> bool {
-        self.normals.is_some()
+    /// Returns the mesh with unit normals of its vertices. Drops them if all are the normals of
+    /// their triangles to rounding, because shading by such normals takes time and changes nothing.
+    fn shaded_by(mut self, normals: Vec<DVec3>) -> Self {
+        let is_flat = |(i, corners): (usize, &[u32; 3])| {
+            let normal = cross(self.triangle(i)).normalize_or_zero();
+            corners.iter().all(|vertex| {
+                let deviation = normals[*vertex as usize].cross(normal).length();
+                deviation <= MAX_FLAT_DEVIATION
+            })
+        };
+        let flat = self.triangles.iter().enumerate().all(is_flat);
+        self.normals = (!flat).then_some(normals);
+        self
     }
 
     /// Returns the interpolated normal at a point, on the side of the geometric normal.

@@ -276,6 +276,33 @@ fn vertices_that_seams_have_split_are_shaded_as_one() {
     }
 }
 
+/// Normals of vertices that a file rounded to six decimals do not shade a flat mesh. Normals that
+/// lean by more do.
+#[test]
+fn rounded_normals_shade_no_flat_mesh() {
+    let triangle = vec![[0, 1, 2]];
+    let corners = [(0.0, 0.0, 0.0), (1.0, 0.2, 0.3), (0.1, 1.0, -0.4)];
+    let corners = corners.map(|(x, y, z)| DVec3::new(x, y, z));
+    let exact = (corners[1] - corners[0])
+        .cross(corners[2] - corners[0])
+        .normalize();
+    let rounded = DVec3::from(exact.to_array().map(|x| (x * 1e6).round() / 1e6));
+    let shading_normal = |of_vertices: DVec3| {
+        let mesh = mesh((corners.to_vec(), triangle.clone()));
+        let shape = Shape::from(mesh.with_normals(vec![of_vertices; 3]).unwrap());
+        let sample = shape.sample_area([0.4, 0.3]);
+        (
+            sample.normal,
+            shape.shading_normal(&shape.site_of(&sample), sample.normal),
+        )
+    };
+    let (normal, shading) = shading_normal(rounded);
+    assert!(rounded != exact && shading == normal);
+    let leaning = exact + exact.any_orthonormal_vector() * 1e-4;
+    let (normal, shading) = shading_normal(leaning);
+    assert!((shading.angle_between(normal) - 1e-4).abs() < 1e-7);
+}
+
 /// Thousands of coincident triangles are met like a single one. Neither the time nor the stack
 /// grows with the square of their number.
 #[test]
