@@ -202,14 +202,42 @@ impl Points {
 
     /// Refines a number of [`BITS`] random bits for a dimension of an edge. On the first edges, its
     /// leading digits become the digits of the point.
+    #[inline]
     pub(super) fn refined(&self, number: u64, edge: u32, dimension: u32) -> u64 {
         if edge >= EDGES {
             return number;
         }
-        let (group, within) = (dimension / GROUP, dimension % GROUP);
+        let (random, place) = self.group(edge, dimension / GROUP);
+        self.refined_at(number, [random, u64::from(dimension % GROUP)], place)
+    }
+
+    /// Refines two numbers like [`Points::refined`], for two consecutive dimensions of one group.
+    #[inline]
+    pub(super) fn refined_pair(&self, numbers: [u64; 2], edge: u32, dimension: u32) -> [u64; 2] {
+        if edge >= EDGES {
+            return numbers;
+        }
+        debug_assert!(dimension % GROUP + 1 < GROUP);
+        let (random, place) = self.group(edge, dimension / GROUP);
+        let first = u64::from(dimension % GROUP);
+        [(0, first), (1, first + 1)]
+            .map(|(i, within)| self.refined_at(numbers[i], [random, within], place))
+    }
+
+    /// Returns the random key of a group of dimensions of an edge, and the position of the point in
+    /// the group's order.
+    #[inline]
+    fn group(&self, edge: u32, group: u32) -> (u64, u32) {
         let random = mix(self.key ^ u64::from(edge * DIMENSIONS + group));
-        let digits = self.digits_of(self.place(random), within);
-        let scrambled = self.scramble(digits, mix(random ^ u64::from(within)) as u32);
+        (random, self.place(random))
+    }
+
+    /// Refines a number for dimension `within` of the group with the key `random`, where the point
+    /// has the position `place`.
+    #[inline]
+    fn refined_at(&self, number: u64, [random, within]: [u64; 2], place: u32) -> u64 {
+        let digits = self.digits_of(place, within as u32);
+        let scrambled = self.scramble(digits, mix(random ^ within) as u32);
         u64::from(scrambled) << (BITS - self.digits) | number >> self.digits
     }
 

@@ -92,10 +92,17 @@ impl Sampler {
     /// per purpose and edge.
     #[inline]
     pub fn next_2d_for(&mut self, purpose: Purpose) -> [f64; 2] {
-        [0, 1].map(|i| {
-            let bits = self.bits();
-            to_unit(self.refined(bits, purpose as u32 + i))
-        })
+        let bits = [self.bits(), self.bits()];
+        let refined = |points: &Points| points.refined_pair(bits, self.edge, purpose as u32);
+        self.points.as_ref().map_or(bits, refined).map(to_unit)
+    }
+
+    /// Skips `count` numbers, faster than by drawing them.
+    #[inline]
+    pub fn skip(&mut self, count: usize) {
+        for _ in 0..count {
+            self.random.next_u64();
+        }
     }
 
     /// Returns a number like [`Sampler::next_1d`] for the choice between reflection and refraction,

@@ -56,23 +56,26 @@ pub(crate) struct DrawnCollision {
 }
 
 impl DrawnCollision {
+    /// No collision, at any distance.
+    const NONE: Self = DrawnCollision {
+        channel: 0,
+        depth: f64::INFINITY,
+    };
+
     /// Samples a channel with probability w_c, and the depth −ln(1 − u) of the collision in it. The
     /// depth is infinite if edges do not collide.
     pub(crate) fn draw(scene: &Scene, sampling: &Sampling, sampler: &mut Sampler) -> Self {
+        if scene.is_clear() || !sampling.collides {
+            // Skip as many numbers as a collision takes: the numbers that follow stay the same.
+            sampler.skip(1 + usize::from(sampling.collides));
+            return DrawnCollision::NONE;
+        }
         let channel = choose_channel(sampling.channel_pdf, sampler.next_1d_for(Purpose::Channel));
-        let drawn = |u: f64| {
-            if scene.is_clear() {
-                f64::INFINITY
-            } else {
-                -(1.0 - u).ln()
-            }
-        };
-        let depth = if sampling.collides {
-            drawn(sampler.next_1d_for(Purpose::Distance))
-        } else {
-            f64::INFINITY
-        };
-        DrawnCollision { channel, depth }
+        let u = sampler.next_1d_for(Purpose::Distance);
+        DrawnCollision {
+            channel,
+            depth: -(1.0 - u).ln(),
+        }
     }
 }
 
