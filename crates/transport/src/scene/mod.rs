@@ -31,7 +31,6 @@ pub(crate) use bending_ball::BendingBall;
 pub use builder::{BuildError, BuildProblem, ObjectBuilder, SceneBuilder};
 pub use check::{ProblemSeverity, SceneProblem, Subject};
 pub use containment::{Bodies, Containment};
-pub(crate) use group::EmitterChoice;
 pub(crate) use light_bounds::Receiver;
 pub use lint::Lint;
 pub use matter::{Matter, Segment, Segments};

@@ -5,12 +5,13 @@
 //! Theory: docs/theory.md#resampled-ends.
 
 use super::toward_emitters::scatter_pdf;
-use crate::connection_end::{ConnectionEnd, EndSample, OnSurface};
-use crate::emitter::Class;
+use crate::connection_end::{ConnectionEnd, EndSample};
+use crate::emitter::{Class, Emitter};
 use crate::path::segment::Vertex;
 use crate::sampling::{R2_STEPS, Sampler};
-use crate::scene::{EmitterChoice, Receiver, Scene};
+use crate::scene::{Receiver, Scene};
 use crate::stats::Stats;
+use glam::DVec3;
 use smallvec::SmallVec;
 
 /// Shift between candidates in the unit square, modulo 1 (Roberts' R₂ sequence). Each candidate is
@@ -99,71 +100,139 @@ impl EndChoice<'_> {
             samples,
         } = Resampling::of(self.scene, self.class, self.vertex);
         let emitters = self.scene.emitter_choice(self.class, self.receiver);
+        let candidate = |u: f64, place: [f64; 2]| {
+            let (emitter, probability) = emitters.choose(u);
+            Candidate {
+                emitter,
+                probability,
+                place,
+            }
+        };
         if candidates == 1 {
-            return Some(self.candidate(&emitters, u, place));
+            return Some(self.end(&candidate(u, place), 1.0));
         }
         stats.connections.candidates += candidates as u64;
         let emitter = sampler.next_1d();
-        let candidate = |k: usize| {
-            let shifted = |axis: usize| (place[axis] + k as f64 * SHIFT[axis]).fract();
-            let emitter = (emitter + k as f64 / candidates as f64).fract();
-            self.candidate(&emitters, emitter, [shifted(0), shifted(1)])
+        let shifted = |k: usize| {
+            let shifted = |axis: usize| fraction(place[axis] + k as f64 * SHIFT[axis]);
+            let emitter = fraction(emitter + k as f64 / candidates as f64);
+            candidate(emitter, [shifted(0), shifted(1)])
         };
-        let ends: SmallVec<[EmitterEnd; 4]> = (0..candidates).map(candidate).collect();
-        let guesses: SmallVec<[f64; 4]> = ends.iter().map(|e| self.guess(e, samples)).collect();
+        // Sample the ends for the estimates, and the chosen end again, because ends are large.
+        let all: SmallVec<[Candidate; 4]> = (0..candidates).map(shifted).collect();
+        let guesses: SmallVec<[f64; 4]> = all.iter().map(|c| self.guess(c, samples)).collect();
         let evenly = if self.scene.is_straight() {
             0.0
         } else {
             UNIFORM_FRACTION
         };
         let Chosen { index, probability } = choose(&guesses, evenly, u)?;
-        Some(EmitterEnd {
-            weight: 1.0 / (candidates as f64 * probability),
-            ..ends[index]
-        })
+        let weight = 1.0 / (candidates as f64 * probability);
+        Some(self.end(&all[index], weight))
     }
 
-    /// Samples one candidate from random numbers for the emitter and the position on it.
-    fn candidate(&self, emitters: &EmitterChoice, u: f64, place: [f64; 2]) -> EmitterEnd {
-        let scene = self.scene;
-        let (emitter, probability) = emitters.choose(u);
+    /// Samples the end of a candidate.
+    fn end(&self, candidate: &Candidate, weight: f64) -> EmitterEnd {
+        let (scene, emitter) = (self.scene, candidate.emitter);
         let shape = |object: usize| &scene.objects()[object].shape;
         EmitterEnd {
             emitter,
-            probability,
-            sampled: scene.emitters()[emitter].sample_end(scene.around(), shape, place),
-            weight: 1.0,
+            probability: candidate.probability,
+            sampled: scene.emitters()[emitter].sample_end(scene.around(), shape, candidate.place),
+            weight,
         }
     }
 
     /// Estimates the contribution of a straight connection to a candidate, up to a factor, times
     /// its MIS weight over the density of the candidate. MIS counts a candidate as `samples`
     /// samples. The density of directions replaces the scattering function.
-    fn guess(&self, end: &EmitterEnd, samples: f64) -> f64 {
+    fn guess(&self, candidate: &Candidate, samples: f64) -> f64 {
         let (scene, x) = (self.scene, self.vertex.position());
-        let (direction, squared, cos) = match end.sampled.end {
-            ConnectionEnd::Plane { direction, .. } => (-direction, 1.0, 1.0),
-            ConnectionEnd::Point { position, surface } => {
-                let chord = position - x;
-                let squared = chord.length_squared();
-                let direction = chord / squared.sqrt();
-                let cosine = |OnSurface { normal, .. }: OnSurface| -normal.dot(direction);
-                (direction, squared, surface.map_or(1.0, cosine))
-            }
+        let emitter = &scene.emitters()[candidate.emitter];
+        let (chord, pdf, emitted) = if let Emitter::Area { object, radiance } = emitter {
+            // Leave out the data of the point that only connections need.
+            let point = scene.objects()[*object].shape.sample_area(candidate.place);
+            let chord = Chord::to_surface(x, point.position, point.normal);
+            (chord, point.pdf, (*radiance * chord.cos).sum())
+        } else {
+            let end = self.end(candidate, 1.0).sampled;
+            let chord = Chord::to(x, &end.end);
+            let emitted = emitter.emitted_roughly(&end, x, -chord.direction);
+            (chord, end.pdf, emitted)
         };
-        if cos <= 0.0 {
+        if chord.cos <= 0.0 {
             return 0.0;
         }
-        let scattered = scatter_pdf(scene, self.vertex, direction);
+        let scattered = scatter_pdf(scene, self.vertex, chord.direction);
         if scattered <= 0.0 {
             return 0.0;
         }
-        let emitter = &scene.emitters()[end.emitter];
-        let emitted = emitter.emitted_roughly(&end.sampled, x, -direction);
-        let by_connection = self.rate * end.probability * end.sampled.pdf * samples;
-        let by_chance = scattered * cos / squared;
-        scattered * emitted / squared / (by_connection + by_chance)
+        let by_connection = self.rate * candidate.probability * pdf * samples;
+        let by_chance = scattered * chord.cos / chord.squared;
+        scattered * emitted / chord.squared / (by_connection + by_chance)
     }
+}
+
+/// Emitter of a candidate, and the random numbers of its position there.
+#[derive(Clone, Copy, Debug)]
+struct Candidate {
+    emitter: usize,
+    /// Probability with which a candidate is at this emitter.
+    probability: f64,
+    place: [f64; 2],
+}
+
+/// Straight line from a vertex to a candidate.
+#[derive(Clone, Copy, Debug)]
+struct Chord {
+    /// Unit direction from the vertex.
+    direction: DVec3,
+    /// Squared length; 1 to a plane.
+    squared: f64,
+    /// Cosine of the angle between the line and the normal of the surface at its end; 1 without a
+    /// surface, negative behind it.
+    cos: f64,
+}
+
+impl Chord {
+    fn to(x: DVec3, end: &ConnectionEnd) -> Self {
+        match *end {
+            ConnectionEnd::Plane { direction, .. } => Chord {
+                direction: -direction,
+                squared: 1.0,
+                cos: 1.0,
+            },
+            ConnectionEnd::Point {
+                position,
+                surface: Some(on),
+            } => Chord::to_surface(x, position, on.normal),
+            ConnectionEnd::Point {
+                position,
+                surface: None,
+            } => Chord {
+                cos: 1.0,
+                ..Chord::to_surface(x, position, DVec3::ZERO)
+            },
+        }
+    }
+
+    #[inline]
+    fn to_surface(x: DVec3, position: DVec3, normal: DVec3) -> Self {
+        let chord = position - x;
+        let squared = chord.length_squared();
+        let direction = chord / squared.sqrt();
+        Chord {
+            direction,
+            squared,
+            cos: -normal.dot(direction),
+        }
+    }
+}
+
+/// Returns the fractional part of a small number, at least 0. This takes fewer instructions than
+/// [`f64::fract`].
+fn fraction(x: f64) -> f64 {
+    x - f64::from(x as u32)
 }
 
 /// A candidate chosen among several.
