@@ -69,7 +69,7 @@ pub(super) fn pass(
                 return (found, stats);
             }
             let values = values_of_cells(source, tracer, sample, &count, &mut stats);
-            let footprint = source.footprint(sample);
+            let footprint = source.footprint(&source.image_sample(sample));
             for (group, image) in images.iter_mut().enumerate() {
                 let value = |cell: usize| spectrum(&values[cell], group) * share;
                 spread(source, &footprint, value, image);
@@ -104,7 +104,8 @@ fn values_of_cells(
     stats: &mut Stats,
 ) -> Vec<Vec<f64>> {
     let cells = source.cells.count();
-    let footprint = source.footprint(sample);
+    let image_sample = source.image_sample(sample);
+    let footprint = source.footprint(&image_sample);
     let task = |task: usize| {
         let mut ws = source.workspace();
         let first = task * CELLS_PER_TASK;
@@ -112,7 +113,7 @@ fn values_of_cells(
         let values = run.clone().map(|cell| {
             let mut values = Vec::new();
             if source.cells.counts(&footprint, cell) && !source.is_stopped() {
-                let SampledRay { ray, weight, .. } = source.ray(cell, sample);
+                let SampledRay { ray, weight, .. } = source.ray(cell, &image_sample);
                 ws.stats.paths += 1;
                 tracer.sample(source.scene.at(sample), ray, &mut ws, &mut values);
                 values.iter_mut().for_each(|value| *value *= weight);

@@ -2,7 +2,7 @@
 //!
 //! Theory: docs/theory.md#stokes-vectors, docs/theory.md#tagged-light.
 
-use super::source::{LightSamples, SampledRay, Source};
+use super::source::{ImageSample, LightSamples, SampledRay, Source};
 use crate::Spectrum;
 use crate::film::{Decomposition, LightParts};
 use crate::integrator::{Contribution, Integrator, PathFinds};
@@ -112,11 +112,12 @@ impl<'a> FollowedSamples<'a> {
         })
     }
 
-    /// Adds the contributions of one sample of a pixel to `out`, which must be empty, like
+    /// Adds the contributions of one sample of a cell to `out`, which must be empty, like
     /// [`LightSamples::take`].
     pub(super) fn take(
         &mut self,
-        [pixel, sample]: [u64; 2],
+        cell: usize,
+        sample: &ImageSample,
         ws: &mut Workspace,
         out: &mut Vec<Contribution>,
     ) {
@@ -125,14 +126,14 @@ impl<'a> FollowedSamples<'a> {
             offset,
             weight,
             mut sampler,
-        } = self.source.ray(pixel as usize, sample);
+        } = self.source.ray(cell, sample);
         ws.stats.paths += 1;
         // Turn off splitting: the two branches of a split edge have different factors, and only one
         // branch is followed at a time.
         ws.first_vertex.splitting = false;
         let channels = self.source.channels();
         let sample = Sample {
-            scene: self.source.scene.at(sample),
+            scene: self.source.scene.at(sample.number),
             ray,
             channels,
             sampler: &mut sampler,

@@ -93,7 +93,7 @@ pub(super) fn pass(
             stats.not_finite += 1;
             *taken = Taken::default();
         }
-        let footprint = source.footprint(sample);
+        let footprint = source.footprint(&source.image_sample(sample));
         let mut image_of = |value: &(dyn Fn(&Taken) -> Spectrum + Sync)| {
             let mut image = vec![Spectrum::ZERO; film.width() * film.height()];
             spread(source, &footprint, |cell| value(&taken[cell]), &mut image);
@@ -143,7 +143,8 @@ fn part(
     let mut ws = source.workspace();
     let mut pending = decomposition.map(|d| (d, Pending::new(d.layers())));
     let count = source.cells.pixels_among(cells.clone());
-    let footprint = source.footprint(sample);
+    let sample = source.image_sample(sample);
+    let footprint = source.footprint(&sample);
     let taken = cells.map(|cell| {
         if !source.cells.counts(&footprint, cell) {
             return Taken::default();
@@ -153,7 +154,7 @@ fn part(
             weight,
             mut sampler,
             ..
-        } = source.ray(cell, sample);
+        } = source.ray(cell, &sample);
         ws.stats.paths += 1;
         let (mut value, mut bias) = (Spectrum::ZERO, Spectrum::ZERO);
         gathering.along(ray, &mut sampler, &mut ws, |light| {

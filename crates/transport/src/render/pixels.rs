@@ -80,9 +80,10 @@ fn run_of_pixels(light: &LightSamples, wanted: &Wanted, run: Range<usize>) -> (S
             }
             let mut mean = Spectrum::ZERO;
             for sample in first..first + size {
+                let sample = source.image_sample(sample);
                 match &mut followed {
-                    Some(followed) => followed.take([number as u64, sample], &mut ws, &mut found),
-                    None => light.take(number, sample, &mut ws, &mut found),
+                    Some(followed) => followed.take(number, &sample, &mut ws, &mut found),
+                    None => light.take(number, &sample, &mut ws, &mut found),
                 }
                 let sum = |sum, c: &Contribution| sum + c.weighted();
                 let value = found.iter().fold(Spectrum::ZERO, sum);

@@ -3,7 +3,7 @@
 //!
 //! Theory: docs/theory.md#vertex-merging.
 
-use super::source::{LightSamples, PILOT_SAMPLE, Source};
+use super::source::{ImageSample, LightSamples, PILOT_SAMPLE, Source};
 use crate::film::Decomposition;
 use crate::integrator::{
     Bdpt, Contribution, Integrator, LightMap, Merging, Vcm, VcmSample, even_channel_pdf,
@@ -43,7 +43,7 @@ pub(super) fn take(
     light: &LightSamples,
     merging: Option<&Merging>,
     cell: usize,
-    sample: u64,
+    sample: &ImageSample,
     ws: &mut Workspace,
     out: &mut Vec<Contribution>,
 ) {
@@ -52,7 +52,7 @@ pub(super) fn take(
     };
     let vcm = VcmSample {
         vcm,
-        scene: light.source.scene.at(sample),
+        scene: light.source.scene.at(sample.number),
         merging,
         number: cell,
         channel_pdf: even_channel_pdf(light.source.channels()),

@@ -45,6 +45,14 @@ pub(super) struct Source<'a> {
     seed: u64,
 }
 
+/// Sample of the whole image: one sample of each cell.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ImageSample {
+    pub number: u64,
+    /// Point in the cell on which the samples of all cells lie, if cells overlap.
+    point: Option<[f64; 2]>,
+}
+
 /// Samples of a source that an integrator takes.
 #[derive(Clone, Copy)]
 pub(super) struct LightSamples<'s> {
@@ -110,30 +118,30 @@ impl<'a> Source<'a> {
         self.stop.is_raised()
     }
 
-    /// Samples the point that all cells share, if cells overlap.
-    fn common_point(&self, sample: u64) -> [f64; 2] {
-        let mut sampler = self.sampler(ALL_CELLS, sample);
-        self.cells.point(sampler.next_2d_for(Purpose::Direction)).0
+    /// Returns the sample with the given number.
+    pub(super) fn image_sample(&self, number: u64) -> ImageSample {
+        let point = || {
+            let mut sampler = self.sampler(ALL_CELLS, number);
+            self.cells.point(sampler.next_2d_for(Purpose::Direction)).0
+        };
+        ImageSample {
+            number,
+            point: self.cells.overlap().then(point),
+        }
     }
 
     /// Returns the footprint of a sample in the film's first cell.
-    pub(super) fn footprint(&self, sample: u64) -> Footprint {
-        let point = if self.cells.overlap() {
-            self.common_point(sample)
-        } else {
-            [0.5; 2]
-        };
-        self.cells.footprint(point)
+    pub(super) fn footprint(&self, sample: &ImageSample) -> Footprint {
+        self.cells.footprint(sample.point.unwrap_or([0.5; 2]))
     }
 
     /// Samples the sensor ray of a sample of a cell.
-    pub(super) fn ray(&self, cell: usize, sample: u64) -> SampledRay {
-        let mut sampler = self.sampler(cell as u64, sample);
+    pub(super) fn ray(&self, cell: usize, sample: &ImageSample) -> SampledRay {
+        let mut sampler = self.sampler(cell as u64, sample.number);
         let spec = self.scene.film();
-        let (point, weight) = if self.cells.overlap() {
-            (self.common_point(sample), 1.0)
-        } else {
-            self.cells.point(sampler.next_2d_for(Purpose::Direction))
+        let (point, weight) = match sample.point {
+            Some(point) => (point, 1.0),
+            None => self.cells.point(sampler.next_2d_for(Purpose::Direction)),
         };
         let lens = sampler.next_2d_for(Purpose::Lens);
         let corner = self.cells.place(cell);
@@ -202,11 +210,12 @@ impl LightSamples<'_> {
     pub(super) fn take(
         &self,
         cell: usize,
-        sample: u64,
+        sample: &ImageSample,
         ws: &mut Workspace,
         out: &mut Vec<Contribution>,
     ) {
-        let (scene, channels) = (self.source.scene.at(sample), self.source.channels());
+        let scene = self.source.scene.at(sample.number);
+        let channels = self.source.channels();
         self.take_by(cell, sample, ws, out, |ray, sampler, ws, out| {
             self.integrator
                 .sample(scene, ray, channels, sampler, ws, out);
@@ -221,7 +230,8 @@ impl LightSamples<'_> {
         ws: &mut Workspace,
         out: &mut Vec<Contribution>,
     ) {
-        self.take(self.source.cells.of_pixel(pixel), sample, ws, out);
+        let sample = self.source.image_sample(sample);
+        self.take(self.source.cells.of_pixel(pixel), &sample, ws, out);
     }
 
     /// Adds the contributions of one sample of a pixel to `out`, like [`take`](Self::take). The
@@ -229,7 +239,7 @@ impl LightSamples<'_> {
     pub(super) fn take_by(
         &self,
         cell: usize,
-        sample: u64,
+        sample: &ImageSample,
         ws: &mut Workspace,
         out: &mut Vec<Contribution>,
         estimate: impl FnOnce(SensorRay, &mut Sampler, &mut Workspace, &mut Vec<Contribution>),

@@ -241,7 +241,7 @@ impl<'a> Assembly<'a> {
             blurs: light.integrator.blurs(),
             sorts: film.outliers(source.group).is_some(),
             separates_strategies,
-            footprint: source.footprint(0),
+            footprint: source.footprint(&source.image_sample(0)),
             own: Vec::new(),
             bias: Vec::new(),
             image: Vec::new(),
@@ -270,7 +270,7 @@ impl<'a> Assembly<'a> {
 
     /// Starts a sample.
     fn begin(&mut self, sample: u64) {
-        self.footprint = self.source.footprint(sample);
+        self.footprint = self.source.footprint(&self.source.image_sample(sample));
         self.own.clear();
         self.own.reserve_exact(self.source.cells.count());
         self.bias.clear();
@@ -404,7 +404,8 @@ fn part(
     let (mut found, mut part) = (Vec::new(), SplatSamples::default());
     let mut followed = FollowedSamples::of(light, &wanted.decomposition);
     part.parts = followed.is_some().then(Vec::new);
-    let footprint = source.footprint(task.sample);
+    let sample = source.image_sample(task.sample);
+    let footprint = source.footprint(&sample);
     let may_skip = !light.integrator.splats();
     let taken = source.cells.pixels_among(task.cells.clone());
     for cell in task.cells {
@@ -414,8 +415,8 @@ fn part(
             continue;
         }
         match &mut followed {
-            Some(followed) => followed.take([cell as u64, task.sample], &mut ws, &mut found),
-            None => shared::take(light, shared, cell, task.sample, &mut ws, &mut found),
+            Some(followed) => followed.take(cell, &sample, &mut ws, &mut found),
+            None => shared::take(light, shared, cell, &sample, &mut ws, &mut found),
         }
         if light.integrator.splats() {
             let particle = std::mem::take(&mut ws.particle_balance);

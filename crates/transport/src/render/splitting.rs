@@ -83,7 +83,7 @@ impl SplitPath {
         ws.split = None;
         light.take_by(
             light.source.cells.of_pixel(pixel),
-            sample,
+            &light.source.image_sample(sample),
             ws,
             &mut Vec::new(),
             |ray, sampler, ws, out| {

@@ -74,7 +74,8 @@ struct Finds {
 
 impl Finds {
     fn add(&mut self, light: &LightSamples, [pixel, sample]: [u64; 2], found: &[Contribution]) {
-        let (pixel, footprint) = (pixel as usize, light.source.footprint(sample));
+        let sample = light.source.image_sample(sample);
+        let (pixel, footprint) = (pixel as usize, light.source.footprint(&sample));
         let finds = found
             .iter()
             .filter_map(|c| find(light, pixel, &footprint, c));

@@ -11,7 +11,7 @@ use crate::attached::{
 use crate::derivative::DerivativeError;
 use crate::film::{Decomposition, Footprint, PathFacts};
 use crate::integrator::{Integrator, PathTracer};
-use crate::render::source::{Source, finite};
+use crate::render::source::{ImageSample, Source, finite};
 use crate::render::{Handle, RenderOptions, prepare};
 use crate::renderer::Renderer;
 use crate::scene::{MediumId, Scene};
@@ -274,9 +274,13 @@ impl Pass<'_> {
             max_depth: limits.max_depth.unwrap_or(u32::MAX),
             rr_depth: limits.rr_depth,
         };
-        let footprints: Vec<Footprint> = samples.clone().map(|s| source.footprint(s)).collect();
+        let placed = |number: u64| {
+            let sample = source.image_sample(number);
+            (sample, source.footprint(&sample))
+        };
+        let placed: Vec<(ImageSample, Footprint)> = samples.clone().map(placed).collect();
         for cell in cells {
-            for (sample, footprint) in samples.clone().zip(&footprints) {
+            for (sample, footprint) in &placed {
                 if source.is_stopped() {
                     return stats;
                 }

@@ -10,7 +10,7 @@ mod readings;
 pub use index::{IndexDerivativeOptions, IndexDerivatives, check_indices, index_derivatives};
 pub use readings::{MeterDerivativeOptions, ReadingFunctional, meter_derivatives};
 
-use super::source::{SampledRay, Source, finite};
+use super::source::{ImageSample, SampledRay, Source, finite};
 use super::splats::{Place, splat};
 use super::{Handle, Prepared, RenderOptions, prepare};
 use crate::Spectrum;
@@ -248,9 +248,13 @@ impl<'a> Pass<'a> {
             (source.workspace(), Folded::new(Tape::default()), Vec::new());
         let mut sums = Sums::new(source.scene, self.plan, sums);
         let integrator = &self.options.integrator;
-        let footprints: Vec<Footprint> = samples.clone().map(|s| source.footprint(s)).collect();
+        let placed = |number: u64| {
+            let sample = source.image_sample(number);
+            (sample, source.footprint(&sample))
+        };
+        let placed: Vec<(ImageSample, Footprint)> = samples.clone().map(placed).collect();
         for cell in cells {
-            for (sample, footprint) in samples.clone().zip(&footprints) {
+            for (sample, footprint) in &placed {
                 if source.is_stopped() {
                     return ws.stats();
                 }
@@ -259,7 +263,7 @@ impl<'a> Pass<'a> {
                 }
                 let mut sampled = source.ray(cell, sample);
                 ws.stats.paths += 1;
-                let (scene, channels) = (source.scene.at(sample), source.channels());
+                let (scene, channels) = (source.scene.at(sample.number), source.channels());
                 let finds = PathFinds {
                     out: &mut found,
                     log: &mut tape,
