@@ -14,8 +14,8 @@ pub(super) struct Layout<'a> {
     pub power: &'static str,
 }
 
-/// Returns attributes: the regions that records distinguish, and the number of particles with
-/// records.
+/// Returns attributes: the regions that records distinguish, and the number of particles whose
+/// records are kept, including particles without records.
 pub(super) fn attributes(table: &RecordTable, prefix: &str) -> [(String, Value); 2] {
     let names: Vec<&str> = table.regions.iter().map(|r| &*r.name).collect();
     [
