@@ -4,7 +4,8 @@ python3 scripts/notebooks.py [NAME ...]    all notebooks, or some; needs nbclien
 
 Run it after a change that alters an output. The tests run the notebooks again, and fail if a stored
 text differs. The last figure of the cell with the tag `cover` also becomes docs/images/notebooks/NAME.png:
-the notebook begins with this picture, and the page of notebooks shows it.
+the notebook begins with this picture, and the page of notebooks shows it. The last figure of a cell with the
+tag `guide-FIGURE` also becomes docs/images/guides/FIGURE.png.
 """
 
 import base64
@@ -21,6 +22,7 @@ from nbclient import NotebookClient
 ROOT = Path(__file__).resolve().parents[1]
 FOLDER = ROOT / "docs/notebooks"
 COVERS = ROOT / "docs/images/notebooks"
+GUIDES = ROOT / "docs/images/guides"
 COLOURS = 128
 """Colours of a stored figure. Notebooks must stay below 300 kB."""
 
@@ -58,15 +60,27 @@ def small(png: str) -> str:
 
     image = Image.open(io.BytesIO(base64.b64decode(png))).convert("RGB")
     stored = io.BytesIO()
-    image.quantize(COLOURS, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE).save(stored, "PNG", optimize=True)
+    # Unlike a median cut, this keeps the ends of colour bars.
+    image.quantize(COLOURS, Image.Quantize.MAXCOVERAGE, kmeans=3, dither=Image.Dither.NONE).save(stored, "PNG", optimize=True)
     return base64.b64encode(stored.getvalue()).decode()
+
+
+def last_figure(cell: Any) -> bytes:
+    """Returns the last figure of a cell."""
+    figures = [output.data["image/png"] for output in cell.outputs if "image/png" in output.get("data", {})]
+    return base64.b64decode(figures[-1])
 
 
 def cover(notebook: Any) -> bytes:
     """Returns the last figure of the cell with the tag `cover`."""
     (cell,) = [cell for cell in notebook.cells if "cover" in cell.metadata.get("tags", [])]
-    figures = [output.data["image/png"] for output in cell.outputs if "image/png" in output.get("data", {})]
-    return base64.b64decode(figures[-1])
+    return last_figure(cell)
+
+
+def guide_figures(notebook: Any) -> dict[Path, bytes]:
+    """Returns the figures that guides show, by their files: of the cells with tags `guide-FIGURE`."""
+    tagged = [(tag, cell) for cell in notebook.cells for tag in cell.metadata.get("tags", []) if tag.startswith("guide-")]
+    return {GUIDES / f"{tag.removeprefix('guide-')}.png": last_figure(cell) for tag, cell in tagged}
 
 
 def main() -> None:
@@ -83,6 +97,8 @@ def main() -> None:
         notebook.metadata["language_info"] = {"name": "python"}
         nbformat.write(notebook, path)
         (COVERS / f"{name}.png").write_bytes(cover(notebook))
+        for picture, figure in guide_figures(notebook).items():
+            picture.write_bytes(figure)
         print(f"{name}: {path.stat().st_size} bytes", flush=True)
 
 

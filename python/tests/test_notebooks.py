@@ -48,6 +48,7 @@ def test_they_are_stored_with_outputs(path):
     assert sum("image/png" in output.get("data", {}) for output in outputs(notebook)) >= 3
     assert path.stat().st_size < LARGEST
     assert notebooks.cover(notebook) == (notebooks.COVERS / f"{path.stem}.png").read_bytes()
+    assert {name: name.read_bytes() for name in notebooks.guide_figures(notebook)} == notebooks.guide_figures(notebook)
     assert f"](../images/notebooks/{path.stem}.png)" in notebook.cells[0].source
 
 
