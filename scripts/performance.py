@@ -29,7 +29,7 @@ FOG = ROOT / "scenes/luneburg_fog.xml"
 MITSUBA = ("p1b_fog_cube_outside", "p3_cornell", "p4_rough_glass", "p5_het_smoke", "p1_fog_cube", "p2_milk_ball")
 # Options that make scenes small.
 SMALL = ("-D", "width=48", "-D", "height=36")
-EXAMPLES = ("luneburg_fog", "acoustic_waveguide", "grid_lens", "bos_jet")
+EXAMPLES = ("luneburg_fog", "acoustic_waveguide", "grid_lens", "bos_jet", "schlieren_jet", "mirage")
 SAMPLED = {
     **{REFERENCES / f"{name}.xml": () for name in MITSUBA},
     **{ROOT / f"scenes/{name}.xml": SMALL for name in EXAMPLES},
