@@ -18,6 +18,8 @@ import numpy as np
 
 SIZE = 24
 """Pixels along a side."""
+HALF = 0.8
+"""Half the width of the image, in halves of the slab."""
 PATTERN = "pattern.exr"
 """The file of the pattern, in the current folder while the script runs."""
 
@@ -40,7 +42,7 @@ def scene(ior):
             "integrator": {"type": "path", "max_depth": 40},
             "sensor": {
                 "type": "orthographic",
-                "to_world": [{"scale": [0.8, 0.8, 1]}, {"translate": [0, 0, -3]}],
+                "to_world": [{"scale": [HALF, HALF, 1]}, {"translate": [0, 0, -3]}],
                 "film": {
                     "type": "hdrfilm",
                     "width": SIZE,
@@ -170,19 +172,20 @@ def figure(path, problem, measured, way):
 
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
+    import panels
 
     figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.6), layout="constrained")
-    left.imshow(measured[..., 0], cmap="gray")
-    left.set_title("measured")
-    left.set_axis_off()
+    # The camera looks along +z, so that +x is on the left.
+    drawn = left.imshow(measured[..., 0], cmap="gray", vmin=0, extent=[HALF, -HALF, -HALF, HALF])
+    left.set(title="measured image", xlabel="x (halves of the slab)", ylabel="y (halves of the slab)")
+    figure.colorbar(drawn, ax=left, label="radiance (scene units)")
     for i, name in enumerate(problem.names):
         span = problem.truth[i] - problem.start[i]
-        right.plot((way[:, i] - problem.start[i]) / span, label=name)
+        right.plot((way[:, i] - problem.start[i]) / span, label={"delta": "Δn"}.get(name, name))
     right.axhline(1, color="k", lw=0.8)
-    right.set_xlabel("step")
-    right.set_ylabel("way from start (0) to truth (1)")
+    right.set(title="parameters during the descent", xlabel="step", ylabel="fraction of the way to the true value")
     right.legend()
-    figure.savefig(path, dpi=110)
+    panels.save_figure(figure, path)
 
 
 def main():

@@ -5,7 +5,9 @@ Usage: scripts/panels.py OUT.png --columns N TITLE=PICTURE ...
 """
 
 import argparse
+import io
 import pathlib
+from typing import Any
 
 from PIL import Image, ImageDraw, ImageFont
 
@@ -35,6 +37,13 @@ def arrange(panels: list[tuple[str, Image.Image]], columns: int) -> Image.Image:
 def save(sheet: Image.Image, path: pathlib.Path) -> None:
     """Writes a picture with 256 colours, because noise makes files of all colours large."""
     sheet.quantize(256, Image.Quantize.MAXCOVERAGE, kmeans=3, dither=Image.Dither.NONE).save(path, optimize=True)
+
+
+def save_figure(figure: Any, path: pathlib.Path) -> None:
+    """Writes a figure of Matplotlib with 256 colours."""
+    written = io.BytesIO()
+    figure.savefig(written, dpi=100)
+    save(Image.open(written).convert("RGB"), path)
 
 
 def main() -> None:

@@ -46,6 +46,7 @@ def figure(path, true, found, deflection):
     """Draws the measurement of the first camera, and cuts through the jet and the result.
     `deflection` [row, column] is sideways, in radians."""
     import matplotlib.pyplot as plt
+    import panels
 
     middle = len(true) // 2
     cuts = [(1e3 * (index[:, middle] - AMBIENT), name) for index, name in [(true, "the jet"), (found, "found")]]
@@ -53,12 +54,12 @@ def figure(path, true, found, deflection):
     fig, axes = plt.subplots(1, 3, figsize=(12, 4), layout="constrained", sharey=True)
     for ax, (values, name) in zip(axes[1:], cuts):
         drawn = ax.imshow(values, origin="lower", extent=[-1, 1, -1, 1], cmap="magma", vmin=0, vmax=cuts[0][0].max())
-        ax.set(title=f"{name}, in the plane y = 0", xlabel="x")
+        ax.set(title=f"{name}, in the plane y = 0", xlabel="x (halves of the box)")
     fig.colorbar(drawn, ax=list(axes[1:]), label="1000 (n − 1)")
     drawn = axes[0].imshow(1e3 * deflection, origin="lower", extent=[-1, 1, -1, 1], cmap="RdBu", vmin=-largest, vmax=largest)
-    axes[0].set(title="measured by the first camera", xlabel="y", ylabel="z")
-    fig.colorbar(drawn, ax=axes[0], label="sideways deflection, mrad")
-    fig.savefig(path, dpi=100)
+    axes[0].set(title="measured by the first camera", xlabel="y (halves of the box)", ylabel="z (halves of the box)")
+    fig.colorbar(drawn, ax=axes[0], label="sideways deflection (mrad)")
+    panels.save_figure(fig, path)
 
 
 def cpu():
