@@ -7,8 +7,10 @@ A NAME is a figure in docs/images/guides without its ending; by default, all of 
 """
 
 import argparse
-import io
+import ast
+import math
 import os
+import re
 import sys
 import warnings
 from pathlib import Path
@@ -19,10 +21,21 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import morgana
 import morgana.schlieren
-from PIL import Image
+import morgana.speckle
+import numpy as np
+import panels
+from matplotlib.colors import LogNorm
 
 ROOT = Path(__file__).resolve().parents[1]
-COLOURS = 256
+
+
+def functions(page):
+    """Returns the functions that the programs of a page define, by their names."""
+    found = {}
+    for block in re.findall(r"^```python\n(.*?)^```", (ROOT / page).read_text(), re.DOTALL | re.MULTILINE):
+        kept = [node for node in ast.parse(block).body if isinstance(node, (ast.Import, ast.ImportFrom, ast.FunctionDef))]
+        exec(compile(ast.Module(kept, []), page, "exec"), found)
+    return found
 
 
 def bos_pair():
@@ -41,14 +54,133 @@ def bos_pair():
     return fig
 
 
-FIGURES = {"bos_pair": bos_pair}
+def shimmering_air():
+    """Squares behind turbulent air, and their displacement (docs/guides/schlieren.md)."""
+    frames = [0, 4, 8]
+    pairs = [morgana.schlieren.bos(str(ROOT / "scenes/shimmering_air.xml"), parameters={"frame": frame}, spp=8, rays=2, seed=1) for frame in frames]
+    rows, columns = pairs[0].flow.shape[:2]
+    largest = max(np.abs(pair.displacement[..., 0]).max() for pair in pairs)
+    fig, axes = plt.subplots(2, 3, figsize=(9.6, 4.6), layout="constrained", sharex=True, sharey=True)
+    for ax, below, frame, pair in zip(axes[0], axes[1], frames, pairs):
+        ax.imshow(pair.flow[..., 0], cmap="gray", extent=[0, columns, rows, 0])
+        ax.set_title(f"frame {frame}")
+        drawn = below.imshow(pair.displacement[..., 0], cmap="RdBu", vmin=-largest, vmax=largest, extent=[0, columns, rows, 0])
+        below.set_xlabel("column (pixels)")
+    for ax in axes[:, 0]:
+        ax.set_ylabel("row (pixels)")
+    fig.colorbar(drawn, ax=axes[1], label="displacement to\nthe right (pixels)")
+    return fig
+
+
+def two_points():
+    """Images of two points through open and obscured apertures (docs/guides/coherence.md)."""
+    seen = functions("docs/guides/coherence.md")["seen"]
+    fig, axes = plt.subplots(1, 4, figsize=(9.6, 2.7), layout="constrained", sharey=True)
+    for pair, obscuration, name in [(axes[:2], 0.0, "open"), (axes[2:], 0.5, "obscured")]:
+        image = np.sqrt(seen(spp=8000, pixels=32, obscuration=obscuration))
+        for ax, channel, light in [(pair[0], 0, "450 nm"), (pair[1], 1, "650 nm")]:
+            drawn = ax.imshow(image[..., channel] / image[..., channel].max(), cmap="magma", vmin=0, vmax=1, extent=[-12, 12, -12, 12])
+            ax.set(title=f"{light}, {name}", xlabel="x (µm)")
+    axes[0].set_ylabel("y (µm)")
+    fig.colorbar(drawn, ax=axes, label="√(brightness / largest)")
+    return fig
+
+
+def points_of_rays(side, seed, **aperture):
+    """Returns x and y in the focal plane, in µm, of the rays from one point of a diffracting sensor. `side`² rays start at the sensor."""
+    scene = {
+        "type": "scene",
+        "integrator": {"type": "aov", "aovs": "position"},
+        "sensor": {
+            "type": "telecentric",
+            "acceptance_angle": math.degrees(math.asin(0.05)),
+            "focus_distance": 1,
+            "diffraction": True,
+            "metres_per_unit": 1e-3,
+            **aperture,
+            "to_world": [{"scale": [1e-9, 1e-9, 1]}],
+            "film": {"type": "hdrfilm", "width": side, "height": side, "pixel_format": "spectral", "wavelengths": "550", "rfilter": {"type": "box"}},
+        },
+        "plane": {"type": "rectangle", "to_world": [{"translate": [0, 0, 1]}], "bsdf": {"type": "diffuse"}},
+    }
+    places = morgana.render(morgana.load_dict(scene), spp=1, seed=seed).layers["position"].mean
+    return 1e3 * places[..., 0].ravel(), 1e3 * places[..., 1].ravel()
+
+
+def stars():
+    """Images of a point through a polygon and through vanes (docs/guides/coherence.md)."""
+    apertures = {
+        "six straight blades": {"blades": 6},
+        "covered middle and four vanes": {"obscuration": 0.3, "vanes": 4, "vane_width": 0.15},
+    }
+    half, pixels = 40, 80
+    fig, axes = plt.subplots(1, 2, figsize=(8, 3.8), layout="constrained", sharey=True)
+    for ax, (name, aperture) in zip(axes, apertures.items()):
+        counts = np.zeros((pixels, pixels))
+        for seed in range(4):
+            x, y = points_of_rays(1500, seed, **aperture)
+            counts += np.histogram2d(y, x, bins=pixels, range=[[-half, half]] * 2)[0]
+        drawn = ax.imshow(counts / counts.max(), origin="lower", cmap="gray", norm=LogNorm(1e-4, 1), extent=[-half, half, -half, half])
+        ax.set(title=name, xlabel="x (µm)")
+        ax.set_facecolor("black")
+    axes[0].set_ylabel("y (µm)")
+    fig.colorbar(drawn, ax=axes, label="brightness relative to the peak")
+    return fig
+
+
+def speckle_pattern():
+    """A speckle pattern and the distribution of its intensities (docs/guides/tissue-optics.md)."""
+    scene = {
+        "type": "scene",
+        "integrator": {"type": "particle"},
+        "layer": {
+            "type": "cube",
+            "bsdf": {"type": "null"},
+            "to_world": [{"scale": [2, 2, 0.05]}, {"translate": [0, 0, 0.05]}],
+            "interior": {"type": "homogeneous", "sigma_s": 60, "sigma_a": 0.1, "phase": {"type": "hg", "g": 0.8}},
+        },
+        "laser": {"type": "collimated", "radius": 0.04, "power": 1, "to_world": [{"translate": [0, 0, -1]}]},
+        "plane": {
+            "type": "disk",
+            "bsdf": {"type": "null"},
+            "to_world": [{"scale": 0.05}, {"translate": [0, 0, 0.11]}],
+            "lens": {"type": "irradiancemeter", "id": "lens", "records": True, "numerical_aperture": 0.2},
+        },
+    }
+    lens = morgana.render(morgana.load_dict(scene), particles=1_000_000, seed=1).records["lens"]
+    seen = morgana.speckle.pattern(lens, (64, 64), 0.75e-3, wavelength=633e-6, numerical_aperture=0.2, center=(0, 0, 0.11))
+    bright = seen.intensity / seen.intensity.mean()
+    fig, (left, right) = plt.subplots(1, 2, figsize=(9.6, 4.2), layout="constrained")
+    drawn = left.imshow(bright, cmap="magma", vmin=0, extent=[-24, 24, -24, 24], origin="lower")
+    left.set(xlabel="x (µm)", ylabel="y (µm)")
+    fig.colorbar(drawn, ax=left, label="intensity relative to the mean")
+    right.hist(bright.ravel(), bins=np.arange(0, 8.25, 0.25), density=True, log=True, label="pixels")
+    values = np.linspace(0, 8)
+    right.plot(values, np.exp(-values), label="negative exponential")
+    right.set(xlabel="intensity relative to the mean", ylabel="probability density", ylim=(3e-4, 1.5))
+    right.legend()
+    return fig
+
+
+def tagged_fluence():
+    """All light in tissue, and the light that ultrasound tags (docs/guides/acousto-optics.md)."""
+    meters = functions("docs/guides/acousto-optics.md")["tagged_map"](1_000_000, 64, 64)
+    maps = {"all light": meters["fluence"].mean[:, 0], "first sidebands": 2 * meters["fluence_sidebands"].mean[1, :, 0]}
+    fig, axes = plt.subplots(1, 2, figsize=(9.6, 4.2), layout="constrained", sharey=True)
+    for ax, (name, fluence) in zip(axes, maps.items()):
+        drawn = ax.imshow(np.squeeze(fluence), origin="lower", cmap="magma", norm=LogNorm(1e-4, 1), extent=[-5, 5, -5, 5])
+        ax.set(title=name, xlabel="x (mm)")
+    axes[0].set_ylabel("z (mm)")
+    fig.colorbar(drawn, ax=axes, label="fluence rate per watt (1/mm²)", extend="both")
+    return fig
+
+
+FIGURES = {figure.__name__: figure for figure in (bos_pair, shimmering_air, two_points, stars, speckle_pattern, tagged_fluence)}
 
 
 def save(fig, path):
     """Writes a figure with few colours."""
-    written = io.BytesIO()
-    fig.savefig(written, dpi=100)
-    Image.open(written).convert("RGB").quantize(COLOURS, Image.Quantize.MAXCOVERAGE, kmeans=3, dither=Image.Dither.NONE).save(path, optimize=True)
+    panels.save_figure(fig, path)
     print(f"{path.relative_to(ROOT)}: {os.path.getsize(path)} bytes", flush=True)
 
 
