@@ -26,8 +26,7 @@ PICTURES = {
         "start/graded": (600, 360, 64),
         "start/fog": (600, 360, 64),
         "start/path": (420, 252, 48),
-        "start/beam": (420, 252, 16),
-        "start/sure": (420, 252, 64),
+        "start/beam": (420, 252, 64),
     },
     "docs/guides/graphics.md": {
         "guides/glass": (408, 272, 256),
@@ -36,7 +35,7 @@ PICTURES = {
 }
 """Width, height and samples per pixel of each picture, by page."""
 
-INTEGRATORS = {"start/beam": "bdpt", "start/sure": "bdpt", "guides/glass": "bdpt", "guides/graded": "bdpt"}
+INTEGRATORS = {"start/beam": "bdpt", "guides/glass": "bdpt", "guides/graded": "bdpt"}
 """Integrators of pictures whose commands leave the choice to the pilot, which depends on the size of the film."""
 
 
