@@ -4,8 +4,8 @@
 Usage: scripts/gallery.py [--program target/release/morgana] [NAME ...]
 
 A NAME is a picture without its folder and ending, such as laser_tank; by default, all. The commands
-run one after the other, in a temporary folder for intermediate files. The script then reduces
-large pictures to 256 colours.
+run one after the other, in a temporary folder for intermediate files. The script then halves the
+pictures in HALVED, and reduces large pictures to 256 colours.
 """
 
 import argparse
@@ -23,6 +23,8 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 BLOCK = re.compile(r"^```sh\n(.*?)^```", re.DOTALL | re.MULTILINE)
 LARGE = 300_000
 """Size of a file above which a picture has 256 colours, in bytes. Gradients of small pictures would show steps."""
+HALVED = {"grin_glass", "mirage", "mirror_caustic"}
+"""Pictures that are stored with half their width and height: means over four pixels have half the noise."""
 PICTURE = re.compile(r"docs/images/(\w+)\.(?:png|svg)")
 
 
@@ -33,7 +35,9 @@ def blocks() -> list[tuple[set[str], str]]:
 
 
 def shrink(path: pathlib.Path) -> None:
-    """Reduces a picture to 256 colours if its file is large."""
+    """Halves a picture if it is noisy, and reduces it to 256 colours if its file is large."""
+    if path.stem in HALVED:
+        Image.open(path).convert("RGB").reduce(2).save(path, optimize=True)
     if path.exists() and path.stat().st_size > LARGE:
         panels.save(Image.open(path).convert("RGB"), path)
 
