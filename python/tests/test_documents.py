@@ -37,8 +37,10 @@ def test_pages_show_what_they_print(name, tmp_path):
 
 def test_changed_numbers_are_found(tmp_path, monkeypatch):
     """A page that shows another number than its commands, its code or a changed scene print."""
+    film = '<film type="hdrfilm"><integer name="width" value="96"/><integer name="height" value="72"/></film>'
+    camera = f'<sensor type="perspective">{film}</sensor>'
     (tmp_path / "scenes").mkdir()
-    (tmp_path / "scenes/sky.xml").write_text('<scene version="3.0.0"><emitter type="constant"/></scene>')
+    (tmp_path / "scenes/sky.xml").write_text(f'<scene version="3.0.0">{camera}<emitter type="constant"/></scene>')
     monkeypatch.setattr(documents, "ROOT", tmp_path)
     page = tmp_path / "page.md"
 
@@ -58,9 +60,9 @@ def test_changed_numbers_are_found(tmp_path, monkeypatch):
     assert changed(code.format(42)) == []
     assert changed(code.format(41)) == ["-41", "+42"]
 
-    file = '```xml title="sky.xml"\n<scene version="3.0.0"></scene>\n```\n\n```xml title="sky.xml"\n<emitter type="constant"/>\n```\n'
+    file = f'```xml title="sky.xml"\n<scene version="3.0.0">{camera}</scene>\n```\n\n```xml title="sky.xml"\n<emitter type="constant"/>\n```\n'
     assert changed(file + command.replace("scenes/", "").format(report)) == []
-    (tmp_path / "scenes/sky.xml").write_text('<scene version="3.0.0"><emitter type="constant"><float name="radiance" value="0.75"/></emitter></scene>')
+    (tmp_path / "scenes/sky.xml").write_text(f'<scene version="3.0.0">{camera}<emitter type="constant"><float name="radiance" value="0.75"/></emitter></scene>')
     assert changed(command.format(report)) == [f"-{report}", "+" + report.replace("mean 1", "mean 0.75")]
 
 
