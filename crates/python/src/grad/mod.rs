@@ -119,7 +119,8 @@ type FoundEnds<'py> = (
 
 /// Returns media and surfaces, whose numbers have been checked.
 fn layout(course: &Course) -> PyResult<Layout<'_>> {
-    let refused = || PyValueError::new_err("media and surfaces do not fit");
+    let message = "a sequence needs one medium more than refracting surfaces, and a box one medium";
+    let refused = || PyValueError::new_err(message);
     course.layout().ok_or_else(refused)
 }
 
