@@ -58,9 +58,9 @@ SKY = {"type": "constant", "radiance": 0.46}
 STUDIO = {"key": window([-3, 4.2, 3], 11), "rim": window([3.4, 3, -2.2], 5), "sky": SKY, "floor": floor()}
 
 
-def scene(objects: dict[str, Plugin], spp: int, sensor: Plugin = VIEW, integrator: Plugin | None = None) -> Plugin:
-    """A scene with the size of an image."""
-    film = {"type": "hdrfilm", "width": WIDTH, "height": HEIGHT}
+def scene(objects: dict[str, Plugin], spp: int, sensor: Plugin = VIEW, integrator: Plugin | None = None, blur: float = 0.5) -> Plugin:
+    """A scene with the size of an image. `blur` is the standard deviation of the film's filter in pixels: a wide filter smooths noise."""
+    film = {"type": "hdrfilm", "width": WIDTH, "height": HEIGHT, "rfilter": {"type": "gaussian", "stddev": blur}}
     sampler = {"type": "ldsampler", "sample_count": spp}
     seen = {**sensor, "film": film, "sampler": sampler}
     return {"type": "scene", "integrator": integrator or {"type": "path"}, "sensor": seen, **objects}
@@ -167,7 +167,7 @@ def scattered(phase: Plugin) -> Plugin:
     puff = {"type": "sphere", "center": [0, 0.1, 0], "radius": 0.09, "bsdf": {"type": "null"}, "interior": fog}
     beam = {"type": "collimated", "radius": 0.08, "power": 400, "to_world": lookat([-0.98, 0.1, 0], [0, 0.1, 0])}
     above = {"type": "orthographic", "to_world": [{"scale": [1.42, 1.42, 1]}, *lookat([0, 3, 0], [0, 0, 0], [0, 0, -1])]}
-    return scene({"bowl": bowl(), "puff": puff, "beam": beam}, 112, above, {"type": "particle"})
+    return scene({"bowl": bowl(), "puff": puff, "beam": beam}, 64, above, {"type": "bdpt"}, blur=1.5)
 
 
 # Emitters.
@@ -186,7 +186,8 @@ def lit(lights: dict[str, Plugin], haze: float = 0.0, integrator: str = "path") 
     if haze:
         hull = {"type": "cube", "to_world": [{"scale": [3.2, 1.6, 2]}, {"translate": [0, 1.59, 0]}], "bsdf": {"type": "null"}}
         solids["haze"] = {**hull, "interior": {"type": "homogeneous", "sigma_t": haze, "albedo": 0.9}}
-    return scene({**solids, **lights}, 96, integrator={"type": "bdpt", "max_depth": 4} if haze else {"type": integrator})
+    chosen = {"type": "bdpt", "max_depth": 4} if haze else {"type": integrator}
+    return scene({**solids, **lights}, 96, integrator=chosen, blur=1.0 if haze else 0.5)
 
 
 def dusk(folder: Path) -> str:
