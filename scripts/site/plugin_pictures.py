@@ -234,6 +234,10 @@ PHASES = {
         ),
     ),
     "phase-rayleigh": (f"{CAUGHT}: more forwards and backwards than to the sides", lambda: scattered({"type": "rayleigh"})),
+    "phase-sggx": (
+        f"{CAUGHT}: plates that lie across the beam reflect it back and to the sides",
+        lambda: scattered({"type": "sggx", "S": [1, 0.1, 0.1, 0, 0, 0]}),
+    ),
     "phase-tabphase": (
         f"{CAUGHT}: a table with several maxima",
         lambda: scattered({"type": "tabphase", "values": "2, 0.2, 1, 0.2, 1, 0.2, 1, 0.2, 2"}),

@@ -1,6 +1,7 @@
 //! Optical depth along an arc (docs/theory.md#free-flight).
 
 use super::arc::Arc;
+use glam::DVec3;
 
 /// Extinction along one arc, as a function of θ, for `N` spectral channels at once.
 ///
@@ -27,7 +28,18 @@ impl<const N: usize> Profile<N> {
         arc: &Arc,
         range: [f64; 2],
         spacing: f64,
-        extinction: impl Fn(glam::DVec3) -> [f64; N],
+        extinction: impl Fn(DVec3) -> [f64; N],
+    ) -> Self {
+        Profile::directed(arc, range, spacing, |x, _| extinction(x))
+    }
+
+    /// Computes the profile like [`Profile::new`], of an extinction at a position and along a unit
+    /// vector: the direction of the arc.
+    pub fn directed(
+        arc: &Arc,
+        range: [f64; 2],
+        spacing: f64,
+        extinction: impl Fn(DVec3, DVec3) -> [f64; N],
     ) -> Self {
         let [from, to] = range;
         let length = arc.arc_length(to) - arc.arc_length(from);
@@ -35,8 +47,10 @@ impl<const N: usize> Profile<N> {
         let pieces = pieces.max(1);
         let width = (to - from) / pieces as f64;
         let rate = |theta: f64| {
-            let speed = arc.velocity(theta).length() * arc.h();
-            extinction(arc.position(theta)).map(|sigma| sigma * speed)
+            let velocity = arc.velocity(theta);
+            let length = velocity.length();
+            let speed = length * arc.h();
+            extinction(arc.position(theta), velocity / length).map(|sigma| sigma * speed)
         };
         let mut ends = Vec::with_capacity(pieces + 1);
         let mut depths = Vec::with_capacity(pieces + 1);

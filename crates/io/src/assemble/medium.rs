@@ -122,6 +122,10 @@ fn scattering(
     let plugin = phase.as_ref().map(|p| p.plugin.as_str());
     let built = phase.as_ref().map(|p| phase::build(p, context));
     let phase = built.unwrap_or_else(Phase::isotropic);
+    if phase.flakes().is_some() && emits {
+        let message = "a medium with the phase function sggx cannot emit: its absorption depends on the direction";
+        context.error_at(&object.location, message);
+    }
     let (sigma_t, albedo) = match (sigma_t, albedo) {
         (Some((sigma_t, albedo)), _) => (
             texture::texture(sigma_t, object, "sigma_t", [0.0, far], context),

@@ -17,6 +17,7 @@ mod division;
 mod emitter;
 mod field;
 mod film;
+mod flakes;
 mod group;
 mod index_grid;
 mod instrument;

@@ -1,8 +1,8 @@
 //! Phase functions.
 
 use super::context::Context;
-use super::suspension;
 use super::texture::texture;
+use super::{flakes, suspension};
 use crate::query::{Input, Query, unknown_plugin};
 use crate::scene::{ObjectDescription, PluginKind};
 use crate::schema;
@@ -18,6 +18,7 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Phase 
         "hg" => return henyey_greenstein(object, context),
         "tabphase" => tabulated(&mut query),
         "mie" => return suspension::mie(object, context),
+        "sggx" => return flakes::build(object, context),
         "blendphase" => return blend(object, context),
         "mixturephase" => return mixture(object, context),
         _ => {
@@ -34,7 +35,7 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Phase 
 }
 
 /// Reports the error of a phase function, and returns an isotropic one instead.
-fn accepted(
+pub(super) fn accepted(
     object: &ObjectDescription,
     phase: Result<Phase, PhaseError>,
     context: &mut Context,
@@ -103,7 +104,7 @@ fn tabulated(query: &mut Query) -> Result<Phase, PhaseError> {
 }
 
 /// Parses a list of numbers; `None` if one is malformed.
-fn numbers(text: &str) -> Option<Vec<f64>> {
+pub(super) fn numbers(text: &str) -> Option<Vec<f64>> {
     let words = text.split([',', ' ', ';']).filter(|w| !w.is_empty());
     words.map(|w| w.parse().ok()).collect()
 }

@@ -161,6 +161,20 @@ pub(super) const PHASES: &[Plugin] = &[
         &[],
     ),
     plugin(
+        "sggx",
+        "Mirror-like flakes with the normals of an ellipsoid (SGGX).",
+        &[&[list(
+            "S",
+            "elements xx, yy, zz, xy, xz, yz of the positive definite matrix S: ωᵀSω is the square of the flakes' \
+             projected area along ω",
+        )]],
+        &[role(
+            Volume,
+            "S",
+            "A matrix that varies in space: a grid of six channels.",
+        )],
+    ),
+    plugin(
         "blendphase",
         "A mixture of two phase functions.",
         &[&[float("weight", "weight of the second bsdf")

@@ -102,9 +102,6 @@ const DERIVATIVES: &str =
 const MEASURED: &str = "tables of measured reflectances are not read: fit a 'principled' or a 'roughconductor' to them";
 const ELLIPSOIDS: &str = "Gaussian splats are not read: media take their extinction from a 'gridvolume', and an ellipsoid is a 'sphere' whose to_world has a scale along each axis";
 
-/// Advice on phase functions of oriented flakes.
-const FLAKES: &str = "flakes are not modelled, because neither extinction nor scattering depends on an orientation: use 'hg' or 'tabphase'";
-
 /// Plugins of Mitsuba 3.9.1 or earlier that morgana does not have, each with advice on substitutes.
 const ABSENT: &[(PluginKind, &str, &str)] = &[
     (PluginKind::Bsdf, "measured", MEASURED),
@@ -139,12 +136,20 @@ const ABSENT: &[(PluginKind, &str, &str)] = &[
     (PluginKind::Integrator, "prbvolpath", DERIVATIVES),
     (PluginKind::Integrator, "prb_projective", DERIVATIVES),
     (PluginKind::Integrator, "direct_projective", DERIVATIVES),
-    (PluginKind::Phase, "sggx", FLAKES),
-    (PluginKind::Phase, "microflake", FLAKES),
+    (
+        PluginKind::Phase,
+        "microflake",
+        "use 'sggx': fibres along z have the S '1, 1, 0.01, 0, 0, 0'",
+    ),
     (
         PluginKind::Phase,
         "kkay",
-        "fibres are not modelled, because scatterers have no direction: use 'hg' or 'tabphase'",
+        "use 'sggx', whose flakes can be aligned like fibres",
+    ),
+    (
+        PluginKind::Shape,
+        "blender",
+        "meshes from the memory of Blender are not read: export the scene, which writes them as 'ply' or 'serialized'",
     ),
     (PluginKind::Shape, "ellipsoids", ELLIPSOIDS),
     (PluginKind::Shape, "ellipsoidsmesh", ELLIPSOIDS),
@@ -215,6 +220,6 @@ mod tests {
                 .filter(|name| has_parameter(kind, plugin.name, name))
                 .count()
         };
-        assert_eq!(shared.map(count).sum::<usize>(), 352);
+        assert_eq!(shared.map(count).sum::<usize>(), 353);
     }
 }

@@ -24,6 +24,7 @@ mod edges;
 mod emitted_power;
 mod export;
 mod films;
+mod flakes;
 mod formulas;
 mod gltf;
 mod grid_rounding;

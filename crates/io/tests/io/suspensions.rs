@@ -46,7 +46,7 @@ fn medium(loaded: &Loaded) -> Vec<[f64; 3]> {
     let of = |scene: &transport::Scene| {
         let medium = scene.medium(scene.medium_at(center));
         let [t, s] = [medium.extinction(center)[0], medium.scattering(center)[0]];
-        [s, t - s, medium.phase.mean_cosine(center)]
+        [s, t - s, medium.phase.mean_cosine(center).unwrap()]
     };
     loaded.groups.iter().map(of).collect()
 }

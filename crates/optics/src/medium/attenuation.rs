@@ -2,9 +2,15 @@
 
 use super::{Medium, MediumLabel};
 use crate::Spectrum;
+use crate::phase::Sggx;
 use crate::volume::{Section, VolumeTexture};
 use eikonal::ray::{Arc, Profile};
-use smallvec::SmallVec;
+use smallvec::{SmallVec, smallvec};
+
+/// Largest turn of an arc, in radians, over one piece of the integral of the projected area of
+/// flakes. Simpson's rule then errs by less than 1e-7 for flakes whose areas differ by a factor of
+/// ten (`flakes_along_bent_arcs`).
+const MAX_TURN: f64 = 0.05;
 
 /// Attenuation of light by a medium along one arc, as a function of θ.
 #[derive(Clone, Debug)]
@@ -42,6 +48,9 @@ impl<'a> Attenuation<'a> {
         if medium.is_transparent() {
             return Attenuation::None;
         }
+        if let Some(flakes) = medium.phase.flakes() {
+            return Attenuation::of_flakes(medium, flakes, arc, theta_end);
+        }
         match &medium.sigma_t {
             VolumeTexture::Uniform(sigma) if arc.is_straight() => {
                 Attenuation::Even(*sigma * medium.scale, arc.arc_length(1.0))
@@ -57,6 +66,36 @@ impl<'a> Attenuation<'a> {
                 Attenuation::Varying(parts.map(profile).collect())
             }
         }
+    }
+
+    /// Creates the attenuation by flakes, which depends on the direction of the arc.
+    fn of_flakes(medium: &'a Medium, flakes: &Sggx, arc: &Arc, theta_end: f64) -> Self {
+        let length = arc.arc_length(1.0);
+        if arc.is_straight() && flakes.is_uniform() {
+            let direction = arc.velocity(0.0).normalize();
+            let scale = medium.scale * flakes.projected_area(arc.start(), direction);
+            return match &medium.sigma_t {
+                VolumeTexture::Uniform(sigma) => Attenuation::Even(*sigma * scale, length),
+                VolumeTexture::Grid(grid) => Attenuation::Sampled(Section::new(grid, scale, arc)),
+            };
+        }
+        let parts = match &medium.sigma_t {
+            VolumeTexture::Uniform(_) => smallvec![[0.0, theta_end]],
+            VolumeTexture::Grid(grid) => grid.bent_parts(arc, theta_end),
+        };
+        let spacing = medium.spacing().min(flakes.spacing());
+        let [start, middle, end] = [0.0, 0.5, 1.0].map(|part| arc.velocity(part * theta_end));
+        let turn = start.angle_between(middle) + middle.angle_between(end);
+        let spacing = spacing.min(length * (MAX_TURN / turn));
+        let extinction = |x, direction| {
+            let sigma = match &medium.sigma_t {
+                VolumeTexture::Uniform(sigma) => *sigma,
+                VolumeTexture::Grid(grid) => grid.at(x),
+            };
+            (sigma * (medium.scale * flakes.projected_area(x, direction))).0
+        };
+        let profile = |part| Profile::directed(arc, part, spacing, extinction);
+        Attenuation::Varying(parts.into_iter().map(profile).collect())
     }
 
     /// Returns the label in which the arc lies, if it is known.
@@ -128,11 +167,13 @@ impl<'a> Attenuation<'a> {
             Attenuation::Sampled(section) => return section.reach(theta_end, channel, target),
             Attenuation::Varying(profiles) => {
                 let mut left = target;
-                profiles.iter().find_map(|profile| {
+                let theta = profiles.iter().find_map(|profile| {
                     let theta = profile.invert(channel, left);
                     left -= profile.total()[channel];
                     theta
-                })
+                });
+                // Profiles of straight arcs may extend beyond `theta_end`.
+                theta.filter(|theta| *theta <= theta_end)
             }
         };
         (theta, self.depth(theta.unwrap_or(theta_end), arc_length))

@@ -23,7 +23,8 @@ pub struct Medium {
     /// Refractive index.
     pub index: Field,
     /// Extinction σ_t per unit length, before multiplication by `scale`. It is zero outside its
-    /// grid.
+    /// grid. If the phase function is of flakes, light along a direction has the extinction σ_t
+    /// times the projected area of the flakes.
     pub sigma_t: VolumeTexture,
     /// Factor of `sigma_t`.
     pub scale: f64,
@@ -109,7 +110,15 @@ impl Medium {
         self.extinction(x) * absorbed * emission.at(x) * (n * n)
     }
 
-    /// Returns the extinction σ_t at `x`.
+    /// Returns the extinction at `x` of light along the unit vector `direction` or against it.
+    pub fn extinction_along(&self, x: DVec3, direction: DVec3) -> Spectrum {
+        match self.phase.flakes() {
+            Some(flakes) => self.extinction(x) * flakes.projected_area(x, direction),
+            None => self.extinction(x),
+        }
+    }
+
+    /// Returns the extinction σ_t at `x`, per projected area if the phase function is of flakes.
     pub fn extinction(&self, x: DVec3) -> Spectrum {
         match &self.sigma_t {
             VolumeTexture::Uniform(sigma) => *sigma * self.scale,
@@ -132,15 +141,18 @@ impl Medium {
         !self.is_transparent() && !self.albedo.is_zero()
     }
 
-    /// Returns the extinction if it is uniform.
+    /// Returns the extinction if it is uniform in space and equal in all directions.
     pub fn uniform_extinction(&self) -> Option<Spectrum> {
+        if self.phase.flakes().is_some() {
+            return None;
+        }
         match &self.sigma_t {
             VolumeTexture::Uniform(sigma) => Some(*sigma * self.scale),
             VolumeTexture::Grid(_) => None,
         }
     }
 
-    /// Returns the absorption coefficient μ_a if it is uniform.
+    /// Returns the absorption coefficient μ_a if it is uniform in space and equal in all directions.
     pub fn uniform_absorption(&self) -> Option<Spectrum> {
         if self.is_transparent() {
             return Some(Spectrum::ZERO);

@@ -18,8 +18,11 @@ impl BlendPhase {
     /// phase function.
     ///
     /// # Errors
-    /// Fails if a weight lies outside [0, 1].
+    /// Fails if a weight lies outside [0, 1], or if a phase function is of flakes.
     pub fn new(phases: [Phase; 2], weight: VolumeTexture) -> Result<Self, PhaseError> {
+        if phases.iter().any(|phase| phase.flakes().is_some()) {
+            return Err(PhaseError::MixedFlakes);
+        }
         let (low, high) = weight.range();
         match [low, high].into_iter().find(|w| !(0.0..=1.0).contains(w)) {
             Some(wrong) => Err(PhaseError::Weight(wrong)),
@@ -29,14 +32,14 @@ impl BlendPhase {
 
     /// Returns the density per steradian at `x`.
     pub fn pdf(&self, x: DVec3, cos: f64) -> f64 {
-        self.mean(x, |phase| phase.pdf(x, cos))
+        self.mean(x, |phase| phase.pdf_at_cosine(x, cos))
     }
 
     /// Returns the matrix of scattering: the mean of both matrices, weighted by the contributions
     /// of the two phase functions.
     pub(super) fn mueller(&self, x: DVec3, cos: f64) -> PlaneMueller {
         let [first, second] = &self.phases;
-        let part = self.weight.at(x)[0] * second.pdf(x, cos);
+        let part = self.weight.at(x)[0] * second.pdf_at_cosine(x, cos);
         let whole = self.pdf(x, cos);
         let weight = if whole > 0.0 { part / whole } else { 0.0 };
         first.mueller(x, cos).mixed(&second.mueller(x, cos), weight)
@@ -57,13 +60,15 @@ impl BlendPhase {
         let (angle, pdf) = chosen.angle(x, u.min(1.0f64.next_down()));
         (
             angle,
-            share * pdf + (1.0 - share) * other.pdf(x, angle.cos()),
+            share * pdf + (1.0 - share) * other.pdf_at_cosine(x, angle.cos()),
         )
     }
 
     /// Returns the mean cosine at `x`.
-    pub fn mean_cosine(&self, x: DVec3) -> f64 {
-        self.mean(x, |phase| phase.mean_cosine(x))
+    pub fn mean_cosine(&self, x: DVec3) -> Option<f64> {
+        let weight = self.weight.at(x)[0];
+        let [first, second] = &self.phases;
+        Some((1.0 - weight) * first.mean_cosine(x)? + weight * second.mean_cosine(x)?)
     }
 
     /// Returns true if the mixture is uniform in space.

@@ -14,9 +14,10 @@ pub struct PhaseByLabel {
 
 impl PhaseByLabel {
     /// Creates the phase function from `phases[label]`; labels beyond the end have the last one.
-    /// Returns `None` if `phases` is empty.
+    /// Returns `None` if `phases` is empty or contains flakes.
     pub fn new(labels: Arc<LabelGrid>, phases: Vec<Phase>) -> Option<Self> {
-        (!phases.is_empty()).then_some(PhaseByLabel { labels, phases })
+        let has_flakes = phases.iter().any(|phase| phase.flakes().is_some());
+        (!phases.is_empty() && !has_flakes).then_some(PhaseByLabel { labels, phases })
     }
 
     /// Returns the phase function at `x`.

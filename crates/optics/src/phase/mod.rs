@@ -2,7 +2,8 @@
 //!
 //! Densities are per steradian and normalised over the sphere, so value and pdf are equal. The
 //! cosine is between the propagation directions before and after: forward is +1. Phase functions
-//! may vary in space, so all take the position of the event.
+//! may vary in space, so all take the position of the event. Except for flakes ([`Sggx`]), they
+//! depend only on the cosine.
 
 mod blend;
 mod by_label;
@@ -11,6 +12,7 @@ mod isotropic;
 mod mie;
 mod polar;
 mod rayleigh;
+mod sggx;
 mod tabulated;
 mod von_mises_fisher;
 
@@ -20,6 +22,7 @@ pub use henyey_greenstein::HenyeyGreenstein;
 pub use isotropic::Isotropic;
 pub use mie::{Mie, Spheres};
 pub use rayleigh::Rayleigh;
+pub use sggx::Sggx;
 pub use tabulated::Tabulated;
 pub use von_mises_fisher::VonMisesFisher;
 
@@ -90,6 +93,16 @@ pub enum PhaseError {
         /// Largest allowed size parameter.
         most: f64,
     },
+    /// The matrix of flakes is not positive definite.
+    #[error(
+        "the matrix S of flakes must be positive definite, with eigenvalues above 1e-6 times the largest, got {0} (xx, yy, zz, xy, xz, yz)"
+    )]
+    NotDefinite(String),
+    /// Flakes cannot be part of a mixture.
+    #[error(
+        "flakes cannot be part of a mixture, because the extinction depends on their orientation: use 'sggx' alone"
+    )]
+    MixedFlakes,
     /// A table is not a density.
     #[error("phase function table: {0}")]
     Table(#[from] DistributionError),
@@ -112,6 +125,8 @@ pub enum Phase {
     Tabulated(Tabulated),
     /// Mie scattering by spheres of any size.
     Mie(Arc<Mie>),
+    /// Oriented flakes.
+    Sggx(Box<Sggx>),
     /// Mixture of two phase functions.
     Blend(Box<BlendPhase>),
     /// Phase function of the label at each position.
@@ -168,6 +183,16 @@ impl Phase {
             .map(Phase::Mie)
     }
 
+    /// Creates the phase function of mirror-like flakes whose normals are distributed like the
+    /// normals of an ellipsoid. `matrix` holds the elements xx, yy, zz, xy, xz, yz of the matrix S
+    /// ([`Sggx`]).
+    ///
+    /// # Errors
+    /// Fails if the matrix is not positive definite.
+    pub fn sggx(matrix: [f64; 6]) -> Result<Self, PhaseError> {
+        Sggx::new(matrix).map(|flakes| Phase::Sggx(Box::new(flakes)))
+    }
+
     /// Creates (1 − `weight`) times the first phase function plus `weight`, in [0, 1], times the
     /// second.
     ///
@@ -203,9 +228,28 @@ impl Phase {
         }
     }
 
+    /// Returns the flakes, if the phase function depends on their orientation. The extinction of
+    /// the medium then depends on the direction.
+    #[inline]
+    pub fn flakes(&self) -> Option<&Sggx> {
+        match self {
+            Phase::Sggx(flakes) => Some(flakes),
+            _ => None,
+        }
+    }
+
+    /// Returns the density per steradian at `x` of scattering from one unit propagation direction
+    /// into another.
+    pub fn pdf(&self, x: DVec3, [from, to]: [DVec3; 2]) -> f64 {
+        match self {
+            Phase::Sggx(p) => p.pdf(x, [from, to]),
+            _ => self.pdf_at_cosine(x, from.dot(to)),
+        }
+    }
+
     /// Returns the density per steradian at `x`, at the cosine between the directions before and
-    /// after.
-    pub fn pdf(&self, x: DVec3, cos: f64) -> f64 {
+    /// after, for phase functions without flakes.
+    fn pdf_at_cosine(&self, x: DVec3, cos: f64) -> f64 {
         let cos = cos.clamp(-1.0, 1.0);
         match self {
             Phase::Isotropic(p) => p.pdf(),
@@ -215,8 +259,9 @@ impl Phase {
             Phase::Rayleigh(p) => p.pdf(cos),
             Phase::Tabulated(p) => p.pdf(cos),
             Phase::Mie(p) => p.pdf(cos),
+            Phase::Sggx(_) => Isotropic.pdf(),
             Phase::Blend(p) => p.pdf(x, cos),
-            Phase::ByLabel(p) => p.at(x).pdf(x, cos),
+            Phase::ByLabel(p) => p.at(x).pdf_at_cosine(x, cos),
         }
     }
 
@@ -245,14 +290,17 @@ impl Phase {
     /// Samples the direction after scattering at `x` of the unit propagation direction `dir`.
     /// Returns it with its density.
     pub fn sample(&self, x: DVec3, dir: DVec3, u: [f64; 2]) -> (DVec3, f64) {
+        if let Phase::Sggx(flakes) = self {
+            return flakes.sample(x, dir, u);
+        }
         let (angle, pdf) = self.angle(x, u[0]);
         (angle.around(dir, u[1]), pdf)
     }
 
-    /// Returns true if the phase function is uniform in space.
+    /// Returns true if the scattering angle has one distribution, for all positions and directions.
     pub fn is_uniform(&self) -> bool {
         match self {
-            Phase::HenyeyGreensteinGrid(_) | Phase::ByLabel(_) => false,
+            Phase::HenyeyGreensteinGrid(_) | Phase::ByLabel(_) | Phase::Sggx(_) => false,
             Phase::Blend(p) => p.is_uniform(),
             _ => true,
         }
@@ -270,7 +318,8 @@ impl Phase {
         angle.turned(dir, around)
     }
 
-    /// Samples the scattering angle. Returns it with the density of directions there.
+    /// Samples the scattering angle of phase functions without flakes. Returns it with the density
+    /// of directions there.
     fn angle(&self, x: DVec3, u: f64) -> (Polar, f64) {
         match self {
             Phase::Isotropic(p) => p.sample(u),
@@ -280,23 +329,25 @@ impl Phase {
             Phase::Rayleigh(p) => p.sample(u),
             Phase::Tabulated(p) => p.sample(u),
             Phase::Mie(p) => p.sample(u),
+            Phase::Sggx(_) => Isotropic.sample(u),
             Phase::Blend(p) => p.sample(x, u),
             Phase::ByLabel(p) => p.at(x).angle(x, u),
         }
     }
 
-    /// Returns the mean cosine at `x`.
-    pub fn mean_cosine(&self, x: DVec3) -> f64 {
-        match self {
+    /// Returns the mean cosine at `x`; `None` for flakes, because it depends on the direction.
+    pub fn mean_cosine(&self, x: DVec3) -> Option<f64> {
+        Some(match self {
             Phase::Isotropic(_) | Phase::Rayleigh(_) => 0.0,
             Phase::HenyeyGreenstein(p) => p.mean_cosine(),
             Phase::HenyeyGreensteinGrid(g) => HenyeyGreenstein::of_grid(g, x).mean_cosine(),
             Phase::VonMisesFisher(p) => p.mean_cosine(),
             Phase::Tabulated(p) => p.mean_cosine(),
             Phase::Mie(p) => p.mean_cosine(),
-            Phase::Blend(p) => p.mean_cosine(x),
-            Phase::ByLabel(p) => p.at(x).mean_cosine(x),
-        }
+            Phase::Sggx(_) => return None,
+            Phase::Blend(p) => return p.mean_cosine(x),
+            Phase::ByLabel(p) => return p.at(x).mean_cosine(x),
+        })
     }
 
     /// Returns the derivative of log p with respect to the mean cosine g at `x`. It is non-zero for
@@ -329,6 +380,7 @@ impl Phase {
         match self {
             Phase::Mie(p) => p.memory(),
             Phase::HenyeyGreensteinGrid(g) => g.memory(),
+            Phase::Sggx(p) => p.memory(),
             Phase::Blend(p) => p.memory(),
             Phase::ByLabel(p) => p.memory(),
             _ => 0,

@@ -24,7 +24,7 @@ pub enum IndexDerivativeError {
     Twice,
     /// The medium's phase function varies.
     #[error(
-        "derivatives by an index need a phase function that is constant in space, but the phase function of '{0}' varies"
+        "derivatives by an index need a phase function that is equal everywhere and in all directions, but the phase function of '{0}' varies"
     )]
     Phase(String),
     /// The medium's extinction or albedo is discontinuous between voxels.

@@ -45,9 +45,8 @@ impl Photon {
     pub(crate) fn phase(&self, scene: &Scene, direction: DVec3) -> Spectrum {
         match self.place {
             PhotonSite::Volume(medium) => {
-                let cosine = -self.direction.dot(direction);
                 let phase = &scene.medium(medium).phase;
-                Spectrum::splat(phase.pdf(self.x, cosine))
+                Spectrum::splat(phase.pdf(self.x, [self.direction, -direction]))
             }
             PhotonSite::Surface(..) => Spectrum::ZERO,
         }

@@ -56,7 +56,7 @@ impl Receiver<'_> {
                 phase,
             } => {
                 let blur = radius * radius;
-                (1.0 - blur) * phase.pdf(*x, arrival.dot(direction)) + blur / (4.0 * PI)
+                (1.0 - blur) * phase.pdf(*x, [*arrival, direction]) + blur / (4.0 * PI)
             }
             Receiver::Surface { normal, opaque, .. } => {
                 let cos = normal.dot(direction);

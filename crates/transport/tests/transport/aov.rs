@@ -47,7 +47,7 @@ fn all(parts: Parts) -> Rendering {
 }
 
 /// Traces one ray. Returns its values by channel name.
-fn of_ray(scene: &Scene, origin: DVec3, direction: DVec3) -> impl Fn(&str) -> f64 + use<> {
+pub fn of_ray(scene: &Scene, origin: DVec3, direction: DVec3) -> impl Fn(&str) -> f64 + use<> {
     let tracer = AovTracer::default();
     let mut ws = morgana_transport::path::Workspace::new(scene.tolerance());
     let mut values = Vec::new();

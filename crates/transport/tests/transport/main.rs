@@ -25,6 +25,7 @@ mod emitters;
 mod ends;
 mod first_surface;
 mod first_vertex;
+mod flakes;
 mod furnace;
 mod index_absorption;
 mod index_derivatives;

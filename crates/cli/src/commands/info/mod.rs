@@ -109,17 +109,19 @@ fn extinction_and_albedo(loaded: &Loaded, id: MediumId) -> [(f64, f64); 2] {
 }
 
 /// Returns smallest and largest mean cosine of scattering in a medium, over all channels; `None` if
-/// the medium does not scatter, or if the mean cosine varies in space.
+/// the medium does not scatter, or if the mean cosine varies in space or with the direction.
 fn mean_cosine(loaded: &Loaded, id: MediumId) -> Option<(f64, f64)> {
     let medium = loaded.scene().medium(id);
     if !medium.scatters() || !medium.phase.is_uniform() {
         return None;
     }
-    let media = in_groups(loaded, id).map(|(medium, _)| medium.phase.mean_cosine(DVec3::ZERO));
-    Some(
-        media.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), g| {
-            (low.min(g), high.max(g))
-        }),
+    let mut media = in_groups(loaded, id);
+    media.try_fold(
+        (f64::INFINITY, f64::NEG_INFINITY),
+        |(low, high), (medium, _)| {
+            let g = medium.phase.mean_cosine(DVec3::ZERO)?;
+            Some((low.min(g), high.max(g)))
+        },
     )
 }
 

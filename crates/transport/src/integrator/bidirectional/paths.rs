@@ -360,7 +360,7 @@ impl StrategyContext<'_> {
                 medium,
             } => {
                 let medium = self.scene.medium(medium);
-                let scattering = medium.extinction(x) * medium.albedo.at(x);
+                let scattering = medium.extinction_along(x, direction) * medium.albedo.at(x);
                 // Planted error "light scattered twice where vertices are merged in a medium", found by morgana-transport/transport::photons::merging::merging_in_fog_shows_what_no_connection_finds:
                 // let inverse = |_: f64| 1.0;
                 let inverse = |s: f64| if s > 0.0 { s.recip() } else { 0.0 };

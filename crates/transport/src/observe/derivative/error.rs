@@ -33,6 +33,11 @@ pub enum DerivativeError {
         "the phase function of '{0}' has no mean cosine g to differentiate by: only hg has, also of labels and of voxels"
     )]
     Phase(String),
+    /// The extinction of the medium depends on the direction.
+    #[error(
+        "'{0}' has flakes (sggx), whose extinction depends on the direction: of such media, only the albedo has derivatives"
+    )]
+    Flakes(String),
     /// The surface has no such colour.
     #[error(
         "'{name}' has no {what} to differentiate by: {}",

@@ -114,6 +114,13 @@ impl RadiometricParameter {
             }
         };
         match *self {
+            RadiometricParameter::Extinction(id)
+            | RadiometricParameter::Absorption(id)
+            | RadiometricParameter::Scattering(id)
+                if scene.medium(id).phase.flakes().is_some() =>
+            {
+                Err(DerivativeError::Flakes(scene.medium(id).name.clone()))
+            }
             RadiometricParameter::Emission(_) | RadiometricParameter::Exposure => Ok(()),
             RadiometricParameter::Absorption(id) if emits(scene, id) => {
                 has(id, &[Quantity::Extinction, Quantity::Absorption])

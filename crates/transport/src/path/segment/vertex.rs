@@ -276,7 +276,7 @@ impl Vertex {
     ) -> f64 {
         match self {
             Vertex::Volume { x, medium, .. } => {
-                let extinction = scene.medium(*medium).extinction(*x);
+                let extinction = scene.medium(*medium).extinction_along(*x, direction);
                 (channel_pdf * extinction * geometry.depth.exp_neg()).sum()
             }
             Vertex::Surface { surface, .. } => {
@@ -337,7 +337,7 @@ impl Vertex {
                 medium,
             } => {
                 let phase = &scene.medium(*medium).phase;
-                phase.pdf(*x, arrival.dot(direction))
+                phase.pdf(*x, [*arrival, direction])
             }
             Vertex::Surface {
                 direction: arrival,

@@ -88,7 +88,15 @@ impl Problems {
             }
             self.uniform(subject(), "sigma_t", &medium.sigma_t, f64::MAX);
             self.uniform(subject(), "albedo", &medium.albedo, 1.0);
+            if medium.phase.flakes().is_some() && medium.labels.is_some() {
+                let message = "must not be of flakes if the medium has labels";
+                self.add(subject(), Some("phase"), message.into());
+            }
             if let Some(emission) = &medium.emission {
+                if medium.phase.flakes().is_some() {
+                    let message = "must be absent if the phase function is of flakes";
+                    self.add(subject(), Some("emission"), message.into());
+                }
                 self.uniform(subject(), "emission", emission, f64::MAX);
             }
         }

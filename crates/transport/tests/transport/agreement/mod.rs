@@ -12,13 +12,14 @@
 
 mod branches;
 mod case;
-mod compare;
+pub mod compare;
 mod matrix;
 mod pooled;
 mod shading;
 mod steep;
 mod surfaces;
 
+pub use case::cloud;
 use case::{Index, Light, Matter, View, Wall};
 use compare::{Effort, Row, compare, detectable, judge, table};
 use matrix::{covering, levels, pairs, whole};

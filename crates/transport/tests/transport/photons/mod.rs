@@ -9,7 +9,7 @@ mod bias;
 mod bounds;
 mod merging;
 mod sharing;
-mod support;
+pub mod support;
 
 const FAMILY: f64 = 1e-3;
 
