@@ -46,7 +46,10 @@ pub(super) fn infer(
 fn unknown(plugin: &str) -> (String, Option<String>) {
     let message = format!("unknown type '{plugin}'");
     let all = PluginKind::ALL.into_iter().flat_map(schema::plugins);
-    let help = suggest(plugin, all.map(|plugin| plugin.name));
+    let help = match schema::mitsuba::substitute_of_any_kind(plugin) {
+        Some(substitute) => Some(substitute.to_owned()),
+        None => suggest(plugin, all.map(|plugin| plugin.name)),
+    };
     (message, help)
 }
 

@@ -177,6 +177,12 @@ pub(crate) fn substitute(kind: PluginKind, name: &str) -> Option<&'static str> {
     Some(row.2)
 }
 
+/// Returns advice on a plugin like [`substitute`], whatever the kind of the plugin.
+pub(crate) fn substitute_of_any_kind(name: &str) -> Option<&'static str> {
+    let row = ABSENT.iter().find(|(_, this, _)| *this == name)?;
+    Some(row.2)
+}
+
 /// Returns true if Mitsuba has the plugin.
 pub(crate) fn has_plugin(kind: PluginKind, name: &str) -> bool {
     find(kind, name).is_none_or(|plugin| plugin.in_mitsuba)

@@ -483,3 +483,27 @@ fn messages_are_in_the_language_of_the_file() {
     assert!(messages.clone().count() >= 4);
     assert!(messages.clone().all(|line| !line.contains('<')), "{error}");
 }
+
+/// The kind of a plugin that morgana does not have is not known in JSON; the advice is.
+#[test]
+fn plugins_that_only_mitsuba_has_are_refused_with_advice() {
+    for (plugin, advice) in [
+        ("timed_sunsky", "use 'sunsky'"),
+        ("ellipsoids", "an ellipsoid is a 'sphere'"),
+        ("ellipsoidsmesh", "an ellipsoid is a 'sphere'"),
+        ("blender", "'ply'"),
+        ("measured", "'principled'"),
+        ("measured_polarized", "'principled'"),
+        ("specfilm", "'hdrfilm'"),
+    ] {
+        let text = format!("{{\"type\": \"scene\", \"a\": {{\"type\": \"{plugin}\"}}}}");
+        let mut diagnostics = Diagnostics::new();
+        json::parse(&text, "scene.json", &[], &mut diagnostics);
+        let message = diagnostics.to_string();
+        assert!(
+            message.contains(&format!("unknown type '{plugin}'")),
+            "{message}"
+        );
+        assert!(message.contains(advice), "{plugin}: {message}");
+    }
+}
