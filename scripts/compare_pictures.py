@@ -27,6 +27,9 @@ import numpy as np
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 WIDTH, HEIGHT, BLOCK = 96, 72, 4
 FILM = f'<film type="hdrfilm"><integer name="width" value="{WIDTH}"/><integer name="height" value="{HEIGHT}"/></film>'
+COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
+# An integrator, with all integrators in it.
+INTEGRATOR = re.compile(r"<integrator\b[^>]*/>|<integrator\b.*</integrator>", re.DOTALL)
 # Part of the mean that is added to the brightness of a pixel, so that black pixels do not count infinitely.
 DARK = 0.01
 
@@ -38,9 +41,11 @@ def element(tag: str) -> re.Pattern[str]:
 
 def edited(scene: pathlib.Path) -> str:
     """Returns the text of a scene with the film, integrator and sampler of the comparison."""
-    text = scene.read_text()
-    integrator = "volpath" if "<medium" in text else "path"
-    text = element("integrator").sub(f'<integrator type="{integrator}"/>', text, count=1)
+    text = COMMENT.sub("", scene.read_text())
+    integrator = f'<integrator type="{"volpath" if "<medium" in text else "path"}"/>'
+    text, found = INTEGRATOR.subn(integrator, text, count=1)
+    if not found:
+        text = text.replace("</scene>", integrator + "</scene>")
     text = element("sampler").sub("", text)
     text = element("film").sub(FILM, text)
     text = re.sub(r'<float name="maxSmoothAngle"[^>]*/>', "", text)
