@@ -47,6 +47,30 @@ def in_order(values: Any, what: str, axes: str) -> Any:
     return np.transpose(np.asarray(values), order)
 
 
+def pixels(image: Any, what: str, raw: bool) -> Any:
+    """Returns the linear pixels of an image: an array, or an object with an array such as
+    Mitsuba's ``Bitmap``.
+
+    Integers stand for 0 to 1. Unless ``raw``, integers are decoded from sRGB, or the values of
+    bitmaps that say so by ``srgb_gamma``. The opacity is left out. Other objects stay as they
+    are."""
+    image = in_order(image, what, "yx")
+    _morgana.refuse_masked(image, what)
+    array = np.asarray(image)
+    if array.dtype.kind not in "uif":
+        return image
+    is_integer = array.dtype.kind in "ui"
+    encoded = image.srgb_gamma() if callable(getattr(image, "srgb_gamma", None)) else is_integer
+    if is_integer:
+        array = array / np.iinfo(array.dtype).max
+    if array.ndim == 3 and array.shape[2] in (2, 4):
+        array = array[..., :-1]
+    array = array.astype(np.float32)
+    if encoded and not raw:
+        array = np.where(array <= 0.04045, array / 12.92, ((np.maximum(array, 0.04045) + 0.055) / 1.055) ** 2.4)
+    return array.astype(np.float32)
+
+
 def grid_samples(values: ArrayLike, what: str) -> NDArray[np.float64]:
     """Returns numbers on a grid, [z, y, x]. Axes with names are put into this order."""
     return numbers(in_order(values, what, "zyx"), what)

@@ -379,3 +379,92 @@ def test_unknown_names_list_the_known_ones():
         result.meters["fluence"]
     assert result.layers.get("deflection") is None and "deflection" not in result.layers
     assert pickle.loads(pickle.dumps(result)).layers == result.layers
+
+
+class Bitmap:
+    """Stand-in for Mitsuba's bitmap: an array that says whether it is encoded as in sRGB."""
+
+    def __init__(self, values, encoded=False):
+        self.values = values
+        self.encoded = encoded
+
+    @property
+    def __array_interface__(self):
+        return self.values.__array_interface__
+
+    def srgb_gamma(self):
+        return self.encoded
+
+
+class VolumeGrid:
+    """Stand-in for Mitsuba's grids of volumes."""
+
+    def __init__(self, values):
+        self.values = values
+
+    def __array__(self, dtype=None, copy=None):
+        return np.asarray(self.values, dtype=dtype)
+
+
+def linear(encoded):
+    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+
+
+def painted(**image):
+    scene = small()
+    scene["ball"] = {"type": "sphere", "bsdf": {"type": "diffuse", "reflectance": {"type": "bitmap", **image}}}
+    return scene
+
+
+def test_bitmaps_are_images():
+    values = RNG.random((3, 4, 3)).astype(np.float32)
+    bytes_ = (255 * values).astype(np.uint8)
+    decoded = linear(bytes_ / 255)
+    cases = [
+        (Bitmap(values), {}, values),
+        (values, {}, values),
+        (Bitmap(values, encoded=True), {}, linear(values)),
+        (Bitmap(values, encoded=True), {"raw": True}, values),
+        (Bitmap(bytes_, encoded=True), {}, decoded),
+        (Bitmap(bytes_, encoded=False), {}, bytes_ / 255),
+        (bytes_, {}, decoded),
+        (bytes_, {"raw": True}, bytes_ / 255),
+        (np.concatenate([values, values[..., :1]], axis=-1), {}, values),
+    ]
+    for bitmap, more, pixels in cases:
+        expected = picture(painted(data=pixels.astype(np.float32)))
+        np.testing.assert_allclose(picture(painted(bitmap=bitmap, **more)), expected, rtol=1e-5)
+    with pytest.raises(ValueError, match="give 'bitmap' or 'data', not both"):
+        load(painted(bitmap=values, data=values))
+    with pytest.raises(TypeError, match=r'scene\["ball"\]\["bsdf"\]\["reflectance"\]\["bitmap"\]'):
+        load(painted(bitmap=object()))
+
+
+def test_environments_may_be_arrays(tmp_path):
+    values = RNG.random((4, 8, 3)).astype(np.float32)
+    morgana.write(tmp_path / "sky.exr", values)
+    scene = solid(type="sphere")
+    expected = picture({**scene, "sky": {"type": "envmap", "filename": tmp_path / "sky.exr"}})
+    for given in ({"data": values}, {"bitmap": Bitmap(values)}):
+        np.testing.assert_array_equal(picture({**scene, "sky": {"type": "envmap", **given}}), expected)
+    with pytest.warns(morgana.SceneWarning, match="black_emitter"):
+        black = {"type": "envmap", "bitmap": Bitmap(0 * values)}
+        light = {"type": "point", "position": [0, 0, -4]}
+        assert picture({**scene, "sky": black, "light": light}).max() > 0
+    with pytest.raises(morgana.SceneError, match="filename"):
+        load({**scene, "sky": {"type": "envmap"}})
+
+
+def test_grids_of_mitsuba_are_volumes():
+    expected = picture(cloudy(data=EXTINCTION))
+    for grid in (VolumeGrid(EXTINCTION), VolumeGrid(EXTINCTION[..., None]), EXTINCTION):
+        np.testing.assert_array_equal(picture(cloudy(grid=grid)), expected)
+
+
+def test_lists_may_be_arrays():
+    flakes = [1.0, 0.5, 0.2, 0.1, 0.0, 0.0]
+    expected = picture(small(phase={"type": "sggx", "S": flakes}))
+    np.testing.assert_array_equal(picture(small(phase={"type": "sggx", "S": np.array(flakes)})), expected)
+    grid = np.array(flakes, np.float32).reshape(1, 1, 1, 6)
+    found = picture(small(phase={"type": "sggx", "S": {"type": "gridvolume", "grid": VolumeGrid(grid)}}))
+    np.testing.assert_allclose(found, expected, rtol=1e-4)

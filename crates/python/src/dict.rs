@@ -10,6 +10,13 @@ use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
 use std::collections::HashSet;
 use std::sync::Arc;
 
+/// Parameter that holds an array instead of a file.
+const DATA: &str = "data";
+/// Mitsuba's parameter for an image.
+const BITMAP: &str = "bitmap";
+/// Mitsuba's parameter for the samples of a volume.
+const GRID: &str = "grid";
+
 /// Maximum nesting depth: scenes have a few levels, and cycles are infinite.
 const MAX_DEPTH: usize = 200;
 
@@ -115,15 +122,58 @@ fn entries<'py>(
             ))
         })?;
         let place = format!("{place}[{key:?}]");
-        let value = if key == "data" {
-            in_order(dict, value, &place)?
-        } else {
-            value
+        let (key, value) = match held(dict, &key)? {
+            Some(Held::Pixels) => (DATA.to_owned(), pixels(dict, value, &place)?),
+            Some(Held::Samples) => (DATA.to_owned(), in_order(dict, value, &place)?),
+            None => (key, value),
         };
         let value = item(&value, &place)?;
         entries.push((key, value));
     }
     Ok(Item::Object(entries))
+}
+
+/// Kind of array that a plugin holds instead of a file.
+enum Held {
+    /// Image that may be encoded as in sRGB.
+    Pixels,
+    /// Numbers.
+    Samples,
+}
+
+/// Returns the kind of array that a parameter holds. As in Mitsuba, images have `bitmap` and
+/// volumes have `grid` in place of `data`.
+fn held(plugin: &Bound<'_, PyDict>, key: &str) -> PyResult<Option<Held>> {
+    let kind = text(plugin, "type")?;
+    let held = match (kind.as_deref(), key) {
+        (Some("bitmap" | "envmap"), BITMAP) => Held::Pixels,
+        (Some("gridvolume"), GRID) => Held::Samples,
+        (_, DATA) => return Ok(Some(Held::Samples)),
+        _ => return Ok(None),
+    };
+    if plugin.contains(DATA)? {
+        let message = format!("give '{key}' or 'data', not both");
+        return Err(PyValueError::new_err(message));
+    }
+    Ok(Some(held))
+}
+
+/// Returns the linear pixels of an image, such as Mitsuba's `Bitmap`.
+fn pixels<'py>(
+    plugin: &Bound<'py, PyDict>,
+    image: Bound<'py, PyAny>,
+    place: &str,
+) -> PyResult<Bound<'py, PyAny>> {
+    let raw = plugin.get_item("raw")?;
+    let raw = raw.map_or(Ok(false), |raw| raw.is_truthy())?;
+    let numbers = image.py().import("morgana._numbers")?;
+    numbers.call_method1("pixels", (image, place, raw))
+}
+
+/// Returns a text of a dictionary, if it has one of this key.
+fn text(plugin: &Bound<'_, PyDict>, key: &str) -> PyResult<Option<String>> {
+    let value = plugin.get_item(key)?;
+    Ok(value.and_then(|value| value.extract().ok()))
 }
 
 /// Puts the axes of a volume's or bitmap's array into the order that its plugin expects, if the
@@ -136,13 +186,9 @@ fn in_order<'py>(
     if !array.hasattr("dims")? {
         return Ok(array);
     }
-    let text = |key| -> PyResult<Option<String>> {
-        let value = plugin.get_item(key)?;
-        Ok(value.and_then(|value| value.extract().ok()))
-    };
-    let order = match text("type")?.as_deref() {
-        Some("bitmap") => "yx".to_owned(),
-        _ => text("axis_order")?.unwrap_or_else(|| "zyx".to_owned()),
+    let order = match text(plugin, "type")?.as_deref() {
+        Some("bitmap" | "envmap") => "yx".to_owned(),
+        _ => text(plugin, "axis_order")?.unwrap_or_else(|| "zyx".to_owned()),
     };
     let axes = array.py().import("morgana._numbers")?;
     axes.call_method1("in_order", (array, place, order))

@@ -10,6 +10,7 @@ use crate::mesh::MeshAttribute;
 use crate::query::{Input, Query, unknown_plugin};
 use crate::scene::{FileRegistry, ObjectDescription, PluginKind, SpectrumValue, srgb_from_linear};
 use glam::{DAffine2, DMat4};
+use std::path::PathBuf;
 use std::sync::Arc;
 use transport::Spectrum;
 use transport::emitter::Slide;
@@ -376,25 +377,42 @@ struct Picture {
 /// Reads the image of a bitmap, from an array or a file; `None` after an error.
 fn picture(q: &mut Query, files: &mut FileRegistry) -> Option<Picture> {
     let raw = q.boolean("raw");
+    let read = image(q, files)?;
+    Some(Picture {
+        encode: raw && read.path.is_some_and(|path| RgbImage::is_encoded(&path)),
+        image: read.image,
+        name: read.name,
+    })
+}
+
+/// Image that an object holds or names.
+pub(super) struct Read {
+    pub image: RgbImage,
+    /// Name in messages.
+    pub name: String,
+    /// File of the image, unless the object holds it.
+    path: Option<PathBuf>,
+}
+
+/// Reads an image from an array or a file; `None` after an error.
+pub(super) fn image(q: &mut Query, files: &mut FileRegistry) -> Option<Read> {
     if q.has("data") {
         if q.has("filename") {
             q.error("data", "give 'data' or 'filename', not both");
         }
         let image = RgbImage::of_tensor(&*q.tensor("data")?);
-        let image = image.map_err(|e| q.error("data", e.to_string())).ok()?;
-        return Some(Picture {
-            image,
+        return Some(Read {
+            image: image.map_err(|e| q.error("data", e.to_string())).ok()?,
             name: "'data'".to_owned(),
-            encode: false,
+            path: None,
         });
     }
     let path = q.path("filename", files);
     let image = RgbImage::read_within(&path, files.limits());
-    let image = image.map_err(|e| q.file_error("filename", &e)).ok()?;
-    Some(Picture {
-        image,
+    Some(Read {
+        image: image.map_err(|e| q.file_error("filename", &e)).ok()?,
         name: shown(&path).to_string(),
-        encode: raw && RgbImage::is_encoded(&path),
+        path: Some(path),
     })
 }
 

@@ -38,6 +38,10 @@ pub(super) fn value(
         Json::Float(v) => Some(Value::Float(*v)),
         Json::String(v) => Some(Value::String(v.clone())),
         Json::Tensor(tensor) if known == Some(Type::Tensor) => Some(Value::Tensor(tensor.clone())),
+        Json::Tensor(tensor) if known == Some(Type::List) && tensor.shape().len() == 1 => {
+            let words = (0..tensor.len()).map(|i| tensor.get(i).to_string());
+            Some(Value::String(words.collect::<Vec<_>>().join(", ")))
+        }
         Json::Tensor(tensor) => {
             let message = format!(
                 "an array of shape {:?} does not belong here: textures and volumes take theirs as 'data'",

@@ -1,6 +1,8 @@
 //! Emitters.
 
-use super::parameter::{TO_WORLD, boolean, float, integer, point, spectrum, text, vector, word};
+use super::parameter::{
+    TO_WORLD, boolean, float, integer, point, spectrum, tensor, text, vector, word,
+};
 use super::row::{one, own_plugin, plugin, role, texture};
 use super::{Parameter, Plugin, Slot};
 use crate::scene::PluginKind::{Medium, Texture, Volume};
@@ -78,9 +80,12 @@ const BEHIND_PICTURE: &[Slot] = &[
 const ENVMAP: &[Parameter] = &[
     text(
         "filename",
-        "image file: .exr, .hdr or .pfm; .png, .jpg, .bmp or .tga in sRGB",
-    )
-    .required(),
+        "image file: .exr, .hdr or .pfm; .png, .jpg, .bmp or .tga in sRGB; give filename or data",
+    ),
+    tensor(
+        "data",
+        "linear pixels: (rows, columns), or three axes with one or three channels",
+    ),
     float("scale", "factor").at_least(0.0).or(1.0),
     boolean("mis_compensation", false, "accepted and ignored"),
     TO_WORLD,

@@ -88,6 +88,7 @@ const PARAMETERS: &[(PluginKind, &[&str])] = &[
 
 /// Parameters that Mitsuba has for other plugins of a kind, but not for these plugins.
 const OF_OTHERS: &[(PluginKind, &str, &[&str])] = &[
+    (PluginKind::Emitter, "envmap", &["data"]),
     (PluginKind::Emitter, "projector", &["fov_axis"]),
     (PluginKind::Integrator, "aov", &["max_depth", "rr_depth"]),
     (PluginKind::Integrator, "depth", &["max_depth", "rr_depth"]),

@@ -3,12 +3,11 @@
 use super::super::clipping::{Pixels, without_rounding};
 use super::super::context::Context;
 use super::super::sensor::fov;
-use super::super::surface_texture::{RequestedValues, Role, accepted, screen};
+use super::super::surface_texture::{Read, RequestedValues, Role, accepted, image, screen};
 use super::super::transforms::pose;
 use super::light;
-use crate::diagnostic::{lints, shown};
+use crate::diagnostic::lints;
 use crate::ies;
-use crate::image::RgbImage;
 use crate::query::{Input, Query, misplaced_plugin};
 use crate::scene::{ObjectDescription, SpectrumValue};
 use std::f64::consts::PI;
@@ -19,15 +18,13 @@ use transport::texture::{BitmapFilter, Wrap};
 /// Builds an environment from an image; `None` after an error.
 pub(super) fn envmap(object: &ObjectDescription, context: &mut Context) -> Option<Emitter> {
     let mut q = Query::new(object, context.diagnostics);
-    let path = q.path("filename", context.files);
+    let read = image(&mut q, context.files);
     let scale = q.float("scale");
     // Accept Mitsuba's choice of a sampling method, which does not affect the result.
     q.boolean("mis_compensation");
     let pose = pose(&mut q, "an environment");
-    let image = RgbImage::read_within(&path, context.files.limits())
-        .map_err(|e| q.file_error("filename", &e));
     q.finish(&[]);
-    let image = image.ok()?;
+    let Read { image, name, .. } = read?;
     // Convert the pixels to radiance, and clip negative values.
     let mut radiance = |rgb: &[f32; 3]| {
         let rgb = rgb.map(|v| f64::from(v) * scale);
@@ -35,7 +32,7 @@ pub(super) fn envmap(object: &ObjectDescription, context: &mut Context) -> Optio
     };
     let mut pixels: Vec<Spectrum> = image.pixels.iter().map(&mut radiance).collect();
     let (_, orientation) = pose?;
-    let (mut seen, name) = (Pixels::new(), shown(&path).to_string());
+    let mut seen = Pixels::new();
     for (i, pixel) in pixels.iter().enumerate() {
         let row = (i / image.width) as f64 + 0.5;
         let weight = (PI * row / image.height as f64).sin();
@@ -76,9 +73,9 @@ pub(super) fn projector(object: &ObjectDescription, context: &mut Context) -> Op
     let pose = pose(&mut q, "a projector");
     let fov = fov(&mut q);
     let scale = q.float("scale");
-    let image = q.texture_or_spectrum("irradiance");
+    let shown = q.texture_or_spectrum("irradiance");
     q.finish(&[]);
-    let mut slide = match image {
+    let mut slide = match shown {
         Input::Spectrum(value) => Slide {
             size: [1, 1],
             pixels: vec![light(&value, "irradiance", object, context)],
