@@ -15,6 +15,7 @@ from ._errors import Diagnostic, Error, FileError, RenderError, SceneError, Scen
 from ._images import Difference, Image, compare, exposure, read, write
 from ._mcx import load_mcx
 from ._morgana import Field, Ray, Scene, __version__
+from ._parameters import Parameters
 from ._pulse import Pulse
 from ._rays import Connections, Polyline, RayEnds, Rays, connect, trace
 from ._records import Jacobian, Power, Records
@@ -36,6 +37,7 @@ __all__ = [
     "Image",
     "Jacobian",
     "Layer",
+    "Parameters",
     "Polyline",
     "Power",
     "Pulse",

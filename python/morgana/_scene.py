@@ -238,19 +238,26 @@ def load_field(volume: Mapping[str, Any], *, wavelength: Optional[float] = None)
     return field
 
 
-def remake(recipe: Tuple[str, Any, List[Tuple[str, str]], Overrides], expected: str) -> Scene:
+def remake(recipe: Tuple[str, Any, Any, Overrides], expected: str) -> Scene:
     """Recreate a pickled scene.
 
     Raises:
         The files, or the arrays of the dictionary, have changed since pickling.
         The files cannot be read.
     """
-    kind, source, defines, instead = recipe
-    if kind == "file":
-        scene = _morgana.load_file(os.fspath(source), defines, instead)
-    else:
-        scene = _morgana.load_dict(source, defines, instead)
+    scene = _made(recipe)
     return _unchanged(scene, scene.hash, expected)
+
+
+def _made(recipe: Tuple[str, Any, Any, Overrides]) -> Scene:
+    """Loads a scene by its recipe. The recipe of a scene with other values of parameters contains
+    the recipe of the scene before, and the values."""
+    kind, source, given, instead = recipe
+    if kind == "changed":
+        return _morgana.scene_with_values(_made(source), given)
+    if kind == "file":
+        return _morgana.load_file(os.fspath(source), given, instead)
+    return _morgana.load_dict(source, given, instead)
 
 
 def remake_field(volume: Dict[str, Any], expected: str, wavelength: Optional[float] = None) -> Field:

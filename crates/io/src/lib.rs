@@ -10,6 +10,7 @@ pub mod features;
 pub mod json;
 pub mod loading;
 mod outcome;
+pub mod parameters;
 pub mod part;
 pub mod query;
 mod read;
@@ -24,7 +25,8 @@ mod write;
 pub mod xml;
 
 pub use assemble::{
-    Difference, LoadOptions, Loaded, LoadedField, assemble, assemble_field, load_scene,
+    Difference, LoadOptions, Loaded, LoadedField, assemble, assemble_field, load_described_scene,
+    load_scene,
 };
 pub use diagnostic::{Diagnostic, Diagnostics, Location, Severity};
 pub use formats::{

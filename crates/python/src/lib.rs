@@ -16,6 +16,7 @@ mod index_derivative;
 mod limits;
 mod measure;
 mod numbers;
+mod parameters;
 mod part;
 mod render;
 mod run;
@@ -51,6 +52,8 @@ mod _morgana {
     use crate::measure::{Measured, read_measurement};
     #[pymodule_export]
     use crate::numbers::refuse_masked;
+    #[pymodule_export]
+    use crate::parameters::{scene_parameters, scene_with_values};
     #[pymodule_export]
     use crate::part::{Parts, render_part};
     #[pymodule_export]

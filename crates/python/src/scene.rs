@@ -3,6 +3,7 @@
 use crate::dict;
 use crate::errors;
 use crate::field::Field;
+use crate::parameters::kept;
 use crate::watch;
 use io::assemble::Instrument;
 use io::diagnostic::lints;
@@ -30,9 +31,12 @@ pub struct Scene {
     /// Name in outputs, a str: the name of the scene's file, or ``dict``.
     #[pyo3(get)]
     pub name: String,
+    /// Description of the scene, for changes of parameters, unless it is too large.
+    pub description: Option<SceneDescription>,
     /// Data for recreating the scene: ``"file"`` or ``"dict"``, the path of the file or the
-    /// dictionary, parameters, and replaced settings.
-    recipe: Py<PyAny>,
+    /// dictionary, parameters, and replaced settings. For a scene with other values of parameters:
+    /// ``"changed"``, the recipe of the scene before, the values, and replaced settings.
+    pub recipe: Py<PyAny>,
 }
 
 /// Settings that replace settings of a scene.
@@ -48,7 +52,8 @@ pub struct Overrides {
 }
 
 impl Overrides {
-    fn options(self) -> PyResult<LoadOptions> {
+    /// Returns the settings as options of loading.
+    pub fn options(self) -> PyResult<LoadOptions> {
         let silenced = self.silence.iter().map(|name| lints::named(name));
         let silenced = silenced
             .collect::<Result<_, _>>()
@@ -62,6 +67,7 @@ impl Overrides {
             limits: Limits {
                 memory: self.memory,
             },
+            keeps_parts: true,
             ..LoadOptions::default()
         })
     }
@@ -83,9 +89,14 @@ pub fn load_file(
     };
     let name = path.file_name().unwrap_or(path.as_os_str()).to_owned();
     let loading = options.loading.clone();
-    let loaded = watch::loaded(py, &loading, move || io::load_scene(&path, &options))?;
+    let loaded = watch::loaded(py, &loading, move || {
+        let (loaded, description) = io::load_described_scene(&path, &options)?;
+        Ok((loaded, kept(description)))
+    })?;
+    let (loaded, description) = loaded.map_err(|d: Diagnostics| errors::scene(&d))?;
     Ok(Scene {
-        loaded: loaded.map_err(|d| errors::scene(&d))?,
+        loaded,
+        description,
         name: name.to_string_lossy().into_owned(),
         recipe,
     })
@@ -106,12 +117,17 @@ pub fn load_dict(
     let loaded = watch::loaded(py, &loading, move || {
         let mut diagnostics = Diagnostics::new();
         match json::build(item, &defines, options.limits, &mut diagnostics) {
-            Some(description) => io::assemble(&description, &options, diagnostics),
+            Some(description) => {
+                let loaded = io::assemble(&description, &options, diagnostics)?;
+                Ok((loaded, kept(description)))
+            }
             None => Err(diagnostics),
         }
     })?;
+    let (loaded, description) = loaded.map_err(|d: Diagnostics| errors::scene(&d))?;
     Ok(Scene {
-        loaded: loaded.map_err(|d| errors::scene(&d))?,
+        loaded,
+        description,
         name: "dict".into(),
         recipe,
     })
@@ -252,6 +268,14 @@ impl Scene {
     fn meters(&self) -> Vec<String> {
         let instruments = self.loaded.instruments.iter();
         instruments.map(|i| i.name.clone()).collect()
+    }
+
+    /// Parameters by name, a mapping ``morgana.Parameters``.
+    ///
+    /// Assign values, then call ``update`` for the scene with these values.
+    fn parameters<'py>(slf: Py<Self>, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let module = py.import("morgana._parameters")?;
+        module.call_method1("parameters", (slf,))
     }
 
     /// Warnings about the scene, a list of ``Diagnostic``.

@@ -15,6 +15,7 @@ use glam::DAffine3;
 use std::any::Any;
 use std::collections::HashMap;
 use std::sync::Arc;
+use transport::emitter::Emitter;
 use transport::sensor::ApertureShape;
 use transport::shape::{Mesh, Shape};
 use transport::texture::Texture;
@@ -36,7 +37,7 @@ pub(super) struct Original {
 pub(super) type Held = Arc<dyn Any + Send + Sync>;
 
 /// Parts of a description that have been built.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(super) struct Assets {
     /// Apertures of sensors, with their diffraction patterns.
     pub apertures: HashMap<ObjectId, ApertureShape>,
@@ -54,14 +55,41 @@ pub(super) struct Assets {
     pub textures: Table<(ObjectId, Role), Texture>,
     /// Values on grids.
     pub grids: Table<GridKey, Arc<VolumeGrid>>,
+    /// Emitters with an image or measured data.
+    pub emitters: Table<ObjectId, Emitter>,
     /// Refractive indices.
     pub fields: Table<ObjectId, Field>,
     /// Grids of refractive indices, at the first wavelength of the film if the index depends on it.
     pub index_grids: Table<ObjectId, IndexGrid>,
 }
 
+impl Assets {
+    /// Keeps the parts of some objects, and the shapes of others. Keeps parts that depend on the
+    /// channels of the film only if the channels are equal.
+    pub(super) fn retain(
+        &mut self,
+        is_kept: impl Fn(ObjectId) -> bool,
+        is_kept_shape: impl Fn(ObjectId) -> bool,
+        channels_are_equal: bool,
+    ) {
+        // The kept parts remain without these, which may belong to other parts.
+        self.held.clear();
+        self.shapes.retain(|key, _| is_kept_shape(key.shape));
+        self.originals.retain(|object, _| is_kept_shape(*object));
+        self.label_counts.retain(|object, _| is_kept(*object));
+        self.divisions.retain(|(object, _), _| is_kept(*object));
+        let is_kept = |object| channels_are_equal && is_kept(object);
+        self.apertures.retain(|object, _| is_kept(*object));
+        self.textures.retain(|((object, _), _), _| is_kept(*object));
+        self.grids.retain(|(key, _), _| is_kept(key.object));
+        self.emitters.retain(|(object, _), _| is_kept(*object));
+        self.fields.retain(|(object, _), _| is_kept(*object));
+        self.index_grids.retain(|(object, _), _| is_kept(*object));
+    }
+}
+
 /// Key of a placed shape: the shape's object, and for a copy the bits of its affine map.
-#[derive(PartialEq, Eq, Hash)]
+#[derive(Clone, PartialEq, Eq, Hash)]
 pub(super) struct PlacedShape {
     shape: ObjectId,
     place: Option<[u64; 12]>,
@@ -78,7 +106,7 @@ impl PlacedShape {
 }
 
 /// Key of a grid: its object, with the role and the allowed range of its values.
-#[derive(PartialEq, Eq, Hash)]
+#[derive(Clone, PartialEq, Eq, Hash)]
 pub(super) struct GridKey {
     object: ObjectId,
     is_extinction: bool,

@@ -5,14 +5,17 @@ use super::film::Layering;
 use super::instrument::Instrument;
 use super::integrator::{self, AUTO, Kind};
 use super::lint;
+use super::options::LoadOptions;
 use super::quantities::NamedQuantity;
+use super::reuse::Reuse;
 use super::sampler::SamplerRequest;
 use super::sound_record::SoundRecord;
 use crate::diagnostic::Difference;
 use crate::diagnostic::{Diagnostic, Diagnostics, lints};
-use crate::scene::SceneHash;
+use crate::scene::{ObjectId, SceneDescription, SceneHash};
 use eikonal::Reference;
 use std::any::Any;
+use std::collections::HashSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 use transport::aov::AovTracer;
@@ -91,11 +94,32 @@ pub struct Loaded {
     /// True if the scene names no tolerance: see
     /// [`transport::render::RenderOptions::loosens_tolerance`].
     pub has_open_tolerance: bool,
+    /// Parts that scenes with other values of parameters reuse, if they are kept.
+    pub(super) reuse: Option<Reuse>,
     /// Parameters of the estimators in the scene.
     pub(super) estimators: integrator::Parameters,
 }
 
 impl Loaded {
+    /// Assembles a description that differs from the description of this scene only in the
+    /// `changed` objects. Meshes, images, grids and hierarchies that do not depend on these objects
+    /// are shared, and their files are not read again, if [`LoadOptions::keeps_parts`] kept them.
+    ///
+    /// # Errors
+    /// All errors of the scene, with its warnings. Warnings about shared parts are not repeated.
+    pub fn with_changes(
+        &self,
+        description: &SceneDescription,
+        changed: &HashSet<ObjectId>,
+        options: &LoadOptions,
+        diagnostics: Diagnostics,
+    ) -> Result<Loaded, Diagnostics> {
+        let reuse = self.reuse.as_ref();
+        let reuse = reuse.map(|reuse| reuse.without(description, changed));
+        let known = reuse.map(|reuse| (reuse, &self.groups[..]));
+        super::assemble_from(description, options, known, diagnostics)
+    }
+
     /// Returns the reference for the optical path differences of the scene's `aov`, if the `aov`
     /// names an index.
     pub fn reference(&self) -> Option<Reference<'_>> {

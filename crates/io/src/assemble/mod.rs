@@ -30,6 +30,7 @@ mod options;
 mod phase;
 mod placed_grid;
 mod quantities;
+mod reuse;
 mod sampler;
 mod sensor;
 mod shape;
@@ -68,18 +69,34 @@ use assets::Assets;
 use channels::Channels;
 use context::Context;
 use group::Group;
+use reuse::Reuse;
 use std::path::Path;
 use transport::renderer::Renderer;
+use transport::scene::Scene;
 
 /// Reads a scene file with [`read_scene`], assembles the scene and checks it.
 ///
 /// # Errors
 /// All errors of the scene, with its warnings.
 pub fn load_scene(path: &Path, options: &LoadOptions) -> Result<Loaded, Diagnostics> {
+    load_described_scene(path, options).map(|(loaded, _)| loaded)
+}
+
+/// Loads a scene file like [`load_scene`]. Also returns the description of the scene.
+///
+/// # Errors
+/// All errors of the scene, with its warnings.
+pub fn load_described_scene(
+    path: &Path,
+    options: &LoadOptions,
+) -> Result<(Loaded, SceneDescription), Diagnostics> {
     let mut diagnostics = Diagnostics::new();
     options.loading.begin("reading the scene file");
     match read_scene(path, &options.defines, options.limits, &mut diagnostics) {
-        Some(description) => assemble(&description, options, diagnostics),
+        Some(description) => {
+            let loaded = assemble(&description, options, diagnostics)?;
+            Ok((loaded, description))
+        }
         None => Err(diagnostics),
     }
 }
@@ -93,6 +110,16 @@ pub fn load_scene(path: &Path, options: &LoadOptions) -> Result<Loaded, Diagnost
 pub fn assemble(
     description: &SceneDescription,
     options: &LoadOptions,
+    diagnostics: Diagnostics,
+) -> Result<Loaded, Diagnostics> {
+    assemble_from(description, options, None, diagnostics)
+}
+
+/// Assembles a scene like [`assemble`], from parts and scenes of a similar description.
+fn assemble_from(
+    description: &SceneDescription,
+    options: &LoadOptions,
+    known: Option<(Reuse, &[Scene])>,
     mut diagnostics: Diagnostics,
 ) -> Result<Loaded, Diagnostics> {
     // Prepare the description and the channels.
@@ -101,9 +128,15 @@ pub fn assemble(
         .undisturbed
         .then(|| undisturbed::undisturbed(description));
     let description = without.as_ref().unwrap_or(description);
-    let mut files = FileRegistry::within(options.limits).searching(description.folders.clone());
+    let (reuse, known) = known.unzip();
+    let Reuse {
+        mut assets,
+        mut files,
+    } = reuse.unwrap_or_else(|| Reuse {
+        assets: Assets::default(),
+        files: FileRegistry::within(options.limits).searching(description.folders.clone()),
+    });
     let channels = integrator::channels(&description.root, options, &mut diagnostics);
-    let mut assets = Assets::default();
     // Assemble the scene of each group of channels.
     let mut groups = Vec::new();
     for group in 0..channels.groups() {
@@ -116,7 +149,8 @@ pub fn assemble(
         };
         let context = Context::new(&channels, group, log, &mut files, &mut assets);
         let first = groups.first().map(|group: &Group| &group.scene);
-        let group = Group::new(description, options, first, context);
+        let alike = first.or(known.and_then(|scenes| scenes.first()));
+        let group = Group::new(description, options, alike, context);
         groups.extend(group);
         if let Some(error) = options.loading.error() {
             return Err(error);
@@ -130,6 +164,12 @@ pub fn assemble(
     }
     // Hash the description and its files.
     options.loading.begin("hashing the files of the scene");
+    if options.keeps_parts
+        && let Err(error) = files.hash_contents()
+    {
+        diagnostics.push(Diagnostic::error(error.to_string()));
+        return Err(diagnostics);
+    }
     let Some(hash) = fingerprint(description, &files, &mut diagnostics) else {
         return Err(diagnostics);
     };
@@ -171,11 +211,15 @@ pub fn assemble(
         }
         Renderer::Light(_) => channels.names(),
     };
+    let held = assets.held.clone();
+    let paths = files.paths().map(Path::to_owned).collect();
+    let reuse = options.keeps_parts.then_some(Reuse { assets, files });
     Ok(Loaded {
         instruments,
         sounds,
         condensed,
-        held: assets.held,
+        held,
+        reuse,
         groups: groups.into_iter().map(|g| g.scene).collect(),
         renderer,
         candidates,
@@ -184,7 +228,7 @@ pub fn assemble(
         warnings: diagnostics,
         differences,
         is_for_mitsuba,
-        files: files.paths().map(Path::to_owned).collect(),
+        files: paths,
         hash,
         channel_names,
         quantities,

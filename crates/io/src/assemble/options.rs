@@ -26,6 +26,8 @@ pub struct LoadOptions {
     pub silenced: Vec<Lint>,
     /// Limits of the memory for each data file.
     pub limits: Limits,
+    /// True to keep the parts of the scene for [`Loaded::with_changes`](crate::Loaded::with_changes).
+    pub keeps_parts: bool,
     /// Progress of loading, for threads that watch or cancel it.
     pub loading: Loading,
 }

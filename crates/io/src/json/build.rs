@@ -32,8 +32,13 @@ pub enum Item {
 /// Makes the tree of a scene. Places of values are Python expressions such as
 /// `scene["ball"]["radius"]`.
 pub(super) fn tree(scene: Item, diagnostics: &mut Diagnostics) -> Node {
+    tree_at(scene, "scene".into(), diagnostics)
+}
+
+/// Makes the tree of a value. Places in it begin with `place`.
+pub(super) fn tree_at(scene: Item, place: String, diagnostics: &mut Diagnostics) -> Node {
     let mut places = Vec::new();
-    list_places(&scene, "scene".into(), &mut places);
+    list_places(&scene, place, &mut places);
     let source = SourceFile::places(&places);
     let mut builder = Builder {
         starts: places

@@ -24,10 +24,11 @@ mod write;
 pub use build::Item;
 pub use write::write;
 
-use crate::diagnostic::{Diagnostics, SourceFile};
+use crate::diagnostic::{Diagnostics, Location, SourceFile};
 use crate::draft;
 use crate::input::Limits;
-use crate::scene::SceneDescription;
+use crate::scene::{SceneDescription, Value};
+use crate::schema::Type;
 use std::path::Path;
 
 /// Reads a scene file. `overrides` are pairs of name and value that replace the file's
@@ -82,4 +83,16 @@ pub fn build(
 ) -> Option<SceneDescription> {
     let root = build::tree(scene, diagnostics);
     loader::describe(root, overrides, limits, diagnostics)
+}
+
+/// Converts a value that a program has built, of a parameter of a `known` type. Messages name the
+/// value by `place`. Returns the value, `None` after an error, and its place.
+pub(crate) fn value_of_item(
+    item: Item,
+    place: String,
+    known: Option<Type>,
+    diagnostics: &mut Diagnostics,
+) -> (Option<Value>, Location) {
+    let node = build::tree_at(item, place, diagnostics);
+    (values::value(&node, known, diagnostics), node.location)
 }

@@ -9,8 +9,8 @@ use crate::input::{self, Limits};
 /// Data files that a scene refers to, collected while their paths are resolved.
 #[derive(Clone, Debug, Default)]
 pub struct FileRegistry {
-    /// Resolved paths, each with the name in the scene.
-    files: BTreeMap<PathBuf, String>,
+    /// Resolved paths, each with the name in the scene and, if known, the hash of the content.
+    files: BTreeMap<PathBuf, (String, Option<blake3::Hash>)>,
     /// Folders that are searched besides the folder of the file that names a file.
     folders: Vec<PathBuf>,
     limits: Limits,
@@ -49,7 +49,22 @@ impl FileRegistry {
 
     /// Records a file by its resolved path and its name in the scene.
     pub fn add(&mut self, path: PathBuf, written: &str) {
-        self.files.entry(path).or_insert_with(|| written.to_owned());
+        let (_, hash) = self
+            .files
+            .entry(path)
+            .or_insert_with(|| (written.to_owned(), None));
+        // A file that is read again may have another content.
+        *hash = None;
+    }
+
+    /// Computes and keeps the hashes of all contents that are not known.
+    pub(crate) fn hash_contents(&mut self) -> Result<(), FileError> {
+        for (path, (_, hash)) in &mut self.files {
+            if hash.is_none() {
+                *hash = Some(content_hash(path)?);
+            }
+        }
+        Ok(())
     }
 
     /// Returns the resolved paths.
@@ -60,12 +75,12 @@ impl FileRegistry {
     /// Returns hashes of all contents with the names in the scene, in an order that does not depend
     /// on the scene's folder.
     pub(super) fn content_hashes(&self) -> Result<Vec<(&str, blake3::Hash)>, FileError> {
-        let hash = |(path, name)| Ok((name, content_hash(path)?));
-        let files = self
-            .files
-            .iter()
-            .map(|(path, name)| (path.as_path(), name.as_str()));
-        let mut hashes = files.map(hash).collect::<Result<Vec<_>, _>>()?;
+        let files = self.files.iter();
+        let hashes = files.map(|(path, (name, hash))| {
+            let hash = hash.map_or_else(|| content_hash(path), Ok)?;
+            Ok((name.as_str(), hash))
+        });
+        let mut hashes = hashes.collect::<Result<Vec<_>, _>>()?;
         hashes.sort_by_key(|(name, hash)| (*name, *hash.as_bytes()));
         Ok(hashes)
     }

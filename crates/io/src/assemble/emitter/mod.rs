@@ -154,11 +154,24 @@ pub(super) fn names(ids: &[Option<String>], parts: &Parts) -> Vec<String> {
     names
 }
 
+/// Builds an emitter with an image, or returns it if it was built before; `None` after an error.
+fn once(
+    object: &ObjectDescription,
+    context: &mut Context,
+    build: fn(&ObjectDescription, &mut Context) -> Option<Emitter>,
+) -> Option<Emitter> {
+    context.once(
+        |assets| &mut assets.emitters,
+        object.number,
+        |context| build(object, context),
+    )
+}
+
 /// Builds an emitter other than an area emitter; `None` after an error.
 fn build(object: &ObjectDescription, context: &mut Context) -> Option<Emitter> {
     match object.plugin.as_str() {
-        "envmap" => return files::envmap(object, context),
-        "projector" => return files::projector(object, context),
+        "envmap" => return once(object, context, files::envmap),
+        "projector" => return once(object, context, files::projector),
         "spot" => return spot::spot(object, context),
         "ies" => return files::luminaire(object, context),
         "collimated" => return beam::collimated(object, context),
