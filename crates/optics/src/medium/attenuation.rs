@@ -8,7 +8,7 @@ use eikonal::ray::{Arc, Profile};
 use smallvec::{SmallVec, smallvec};
 
 /// Largest turn of an arc, in radians, over one piece of the integral of the projected area of
-/// flakes. Simpson's rule then errs by less than 1e-7 for flakes whose areas differ by a factor of
+/// flakes. Simpson's rule then errs by less than 1e-6 for flakes whose areas differ by a factor of
 /// ten (`flakes_along_bent_arcs`).
 const MAX_TURN: f64 = 0.05;
 
