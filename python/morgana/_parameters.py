@@ -107,7 +107,19 @@ class Parameters(Mapping[str, Any]):
 
         return [line(row) for row in self._rows.values()]
 
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Parameters):
+            return NotImplemented
+        new, others = self._new, other._new
+        alike = new.keys() == others.keys() and all(np.array_equal(new[name], others[name]) for name in new)
+        return self._scene == other._scene and alike
+
+    __hash__ = None  # type: ignore[assignment]
+
     def __repr__(self) -> str:
+        return f"<morgana.Parameters: {len(self)} of {self._scene!r}>"
+
+    def __str__(self) -> str:
         rows = [("name", "type", "value"), *self._table()]
         widths = [max(len(row[i]) for row in rows) for i in range(2)]
         return "\n".join(f"{name:{widths[0]}}  {kind:{widths[1]}}  {value}" for name, kind, value in rows)

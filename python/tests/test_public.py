@@ -193,6 +193,7 @@ def samples():
         morgana.reconstruct.Reconstruction(np.ones((4, 4, 4)), 2.0, "slow", [iteration], 0),
         morgana.reconstruct.ReconstructionError("no data"),
         scene,
+        scene.parameters(),
         scene.fields["ambient"],
         morgana.load_field({"type": "luneburg"}),
         picture,

@@ -270,9 +270,14 @@ impl Scene {
         instruments.map(|i| i.name.clone()).collect()
     }
 
-    /// Parameters by name, a mapping ``morgana.Parameters``.
+    /// Return the parameters of the scene by name.
     ///
-    /// Assign values, then call ``update`` for the scene with these values.
+    /// Assign values, then call :meth:`Parameters.update` for the scene with these values.
+    ///
+    /// Returns
+    /// -------
+    /// Parameters
+    ///     A mapping from names such as ``ball.radius`` to values.
     fn parameters<'py>(slf: Py<Self>, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let module = py.import("morgana._parameters")?;
         module.call_method1("parameters", (slf,))

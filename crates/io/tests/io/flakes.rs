@@ -78,7 +78,7 @@ fn fibres_scatter_as_a_plain_walk_says() {
             let path = folder.path().join("scene.xml");
             fs::write(&path, text).unwrap();
             let loaded = load_scene(&path, &LoadOptions::default()).unwrap();
-            let options = RenderOptions::new(loaded.renderer, 1024, 1);
+            let options = RenderOptions::new(loaded.renderer, 4096, 1);
             let rendering = render(&loaded.groups, &options, |_| ControlFlow::Continue(()));
             let first =
                 |values: Vec<f32>| values.into_iter().step_by(3).map(f64::from).sum::<f64>() / 64.0;
