@@ -349,12 +349,13 @@ def example(name: str) -> Plugin:
 
 
 def _found(part: Any, plugin: str) -> Plugin | None:
-    """Returns the first object of a type in a part of a scene."""
+    """Returns the first object of a type in a part of a scene. Reconstruction filters have names of indices."""
     if isinstance(part, dict) and part.get("type") == plugin:
         # Parameters, then nested objects. A picture's film and sampler are no part of the example.
         own = sorted(part.items(), key=lambda item: isinstance(item[1], dict) and item[1]["type"] not in ("rgb", "spectrum"))
         return {"type": plugin, **{key: _relative(key, value) for key, value in own if key not in ("type", "film", "sampler")}}
-    inner = list(part.values()) if isinstance(part, dict) else part if isinstance(part, list) else []
+    nested = [value for key, value in part.items() if key != "rfilter"] if isinstance(part, dict) else []
+    inner = part if isinstance(part, list) else nested
     return next((found for value in inner if (found := _found(value, plugin))), None)
 
 
