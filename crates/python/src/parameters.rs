@@ -3,7 +3,7 @@
 use crate::dict;
 use crate::errors;
 use crate::numbers::array;
-use crate::scene::{Overrides, Scene};
+use crate::scene::{MAX_KEPT, Overrides, Scene, kept};
 use io::json::Item;
 use io::parameters::{ParameterValue, parameters, with_values};
 use io::scene::{Numbers, SpectrumValue, Tensor, Value};
@@ -14,26 +14,11 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
-/// Maximum size of all arrays in a description, in bytes, up to which a scene keeps its description
-/// for changes. Larger arrays would double the memory of the scene.
-const MAX_KEPT: usize = 256 << 20;
-
 /// Kind of the recipes of scenes with other values of parameters.
 const CHANGED: &str = "changed";
 
 /// Name, type, value, and true for a default.
 type Row = (String, &'static str, Py<PyAny>, bool);
-
-/// Returns a description if its arrays are small enough to be kept.
-pub fn kept(description: SceneDescription) -> Option<SceneDescription> {
-    let each = parameters(&description).into_iter();
-    let size = |value: Option<ParameterValue>| match value {
-        Some(ParameterValue::Given(Value::Tensor(tensor))) => tensor.len() * size_of::<f64>(),
-        _ => 0,
-    };
-    let all: usize = each.map(|parameter| size(parameter.value)).sum();
-    (all <= MAX_KEPT).then_some(description)
-}
 
 /// Returns names, types and values of all parameters of a scene, and true for each default.
 #[pyfunction]

@@ -3,12 +3,13 @@
 use crate::dict;
 use crate::errors;
 use crate::field::Field;
-use crate::parameters::kept;
 use crate::watch;
 use io::assemble::Instrument;
 use io::diagnostic::lints;
 use io::features::Features;
+use io::parameters::{ParameterValue, parameters};
 use io::rendered::Naming;
+use io::scene::Value;
 use io::{Diagnostics, Limits, LoadOptions, Loaded, SceneDescription, WriteError, json};
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyValueError;
@@ -18,6 +19,10 @@ use std::path::{Path, PathBuf};
 
 /// Function and arguments with which Python recreates a pickled object.
 pub type Recipe<'py> = (Bound<'py, PyAny>, Py<PyAny>);
+
+/// Maximum size of all arrays in a description, in bytes, up to which a scene keeps its description
+/// for changes. Larger arrays would double the memory of the scene.
+pub const MAX_KEPT: usize = 256 << 20;
 
 /// An immutable scene, ready to render.
 ///
@@ -387,4 +392,15 @@ impl Scene {
         lines.push(format!("emitters: {}", loaded.emitter_names.join(" ")));
         lines
     }
+}
+
+/// Returns a description if its arrays are small enough to be kept.
+pub fn kept(description: SceneDescription) -> Option<SceneDescription> {
+    let each = parameters(&description).into_iter();
+    let size = |value: Option<ParameterValue>| match value {
+        Some(ParameterValue::Given(Value::Tensor(tensor))) => tensor.len() * size_of::<f64>(),
+        _ => 0,
+    };
+    let all: usize = each.map(|parameter| size(parameter.value)).sum();
+    (all <= MAX_KEPT).then_some(description)
 }

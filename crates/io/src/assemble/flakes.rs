@@ -1,9 +1,8 @@
 //! Phase functions of flakes.
 
 use super::context::Context;
-use super::phase::{accepted, numbers};
 use super::texture::{Sampled, sampled};
-use crate::query::Query;
+use crate::query::{Query, numbers};
 use crate::scene::{ObjectDescription, PluginKind};
 use std::sync::Arc;
 use transport::phase::{Phase, PhaseError, Sggx};
@@ -12,14 +11,16 @@ use transport::volume::{GridSamples, VolumeGrid, VolumeTexture};
 /// Number of elements of a symmetric matrix: xx, yy, zz, xy, xz, yz.
 const CHANNELS: usize = 6;
 
-/// Builds the phase function `sggx`, whose matrix may vary in space; isotropic after an error.
-pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Phase {
+/// Reads the phase function `sggx`, whose matrix may vary in space; `None` after an error.
+pub(super) fn build(
+    object: &ObjectDescription,
+    context: &mut Context,
+) -> Option<Result<Phase, PhaseError>> {
     let mut query = Query::new(object, context.diagnostics);
     let volume = query.stand_in(PluginKind::Volume, "S").cloned();
     if let Some(volume) = volume {
         query.finish(&[]);
-        let flakes = varying(&volume, context);
-        return flakes.map_or_else(Phase::isotropic, |flakes| accepted(object, flakes, context));
+        return varying(&volume, context);
     }
     let given = query.has("S").then(|| query.string("S"));
     let matrix = given.as_deref().and_then(numbers).unwrap_or_default();
@@ -27,10 +28,10 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Phase 
         let message = "'S': expected six numbers, the elements xx, yy, zz, xy, xz, yz of a matrix, or a 'gridvolume' of six channels";
         query.error("S", message);
         query.finish(&["S"]);
-        return Phase::isotropic();
+        return None;
     };
     query.finish(&[]);
-    accepted(object, Phase::sggx(matrix), context)
+    Some(Phase::sggx(matrix))
 }
 
 /// Reads a matrix that varies in space; `None` after an error.

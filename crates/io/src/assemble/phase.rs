@@ -3,7 +3,7 @@
 use super::context::Context;
 use super::texture::texture;
 use super::{flakes, suspension};
-use crate::query::{Input, Query, unknown_plugin};
+use crate::query::{Input, Query, numbers, unknown_plugin};
 use crate::scene::{ObjectDescription, PluginKind};
 use crate::schema;
 use std::sync::Arc;
@@ -18,7 +18,10 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Phase 
         "hg" => return henyey_greenstein(object, context),
         "tabphase" => tabulated(&mut query),
         "mie" => return suspension::mie(object, context),
-        "sggx" => return flakes::build(object, context),
+        "sggx" => {
+            let flakes = flakes::build(object, context);
+            return flakes.map_or_else(Phase::isotropic, |phase| accepted(object, phase, context));
+        }
         "blendphase" => return blend(object, context),
         "mixturephase" => return mixture(object, context),
         _ => {
@@ -35,7 +38,7 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Phase 
 }
 
 /// Reports the error of a phase function, and returns an isotropic one instead.
-pub(super) fn accepted(
+fn accepted(
     object: &ObjectDescription,
     phase: Result<Phase, PhaseError>,
     context: &mut Context,
@@ -101,12 +104,6 @@ fn tabulated(query: &mut Query) -> Result<Phase, PhaseError> {
             Ok(Phase::isotropic())
         }
     }
-}
-
-/// Parses a list of numbers; `None` if one is malformed.
-pub(super) fn numbers(text: &str) -> Option<Vec<f64>> {
-    let words = text.split([',', ' ', ';']).filter(|w| !w.is_empty());
-    words.map(|w| w.parse().ok()).collect()
 }
 
 /// Builds a blend of two phase functions, whose weight may vary in space.

@@ -27,6 +27,7 @@ mod unused;
 mod values;
 
 pub use children::Input;
+pub(crate) use numbers::numbers;
 pub(crate) use values::resolve;
 
 use std::collections::BTreeSet;

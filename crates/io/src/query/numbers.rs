@@ -219,3 +219,9 @@ fn describe<T>(range: &impl RangeBounds<T>, show: impl Fn(&T) -> String) -> Stri
     };
     format!("{low}{separator}{high}")
 }
+
+/// Parses a list of numbers; `None` if one is malformed.
+pub(crate) fn numbers(text: &str) -> Option<Vec<f64>> {
+    let words = text.split([',', ' ', ';']).filter(|w| !w.is_empty());
+    words.map(|w| w.parse().ok()).collect()
+}

@@ -110,7 +110,8 @@ impl Medium {
         self.extinction(x) * absorbed * emission.at(x) * (n * n)
     }
 
-    /// Returns the extinction at `x` of light along the unit vector `direction` or against it.
+    /// Returns the extinction at `x` of light along the unit vector `direction` or against it
+    /// (docs/theory.md#flakes).
     pub fn extinction_along(&self, x: DVec3, direction: DVec3) -> Spectrum {
         match self.phase.flakes() {
             Some(flakes) => self.extinction(x) * flakes.projected_area(x, direction),
