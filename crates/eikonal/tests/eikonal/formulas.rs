@@ -67,67 +67,6 @@ fn formulas_are_the_fields_that_they_write_out() {
     }
 }
 
-/// Returns the time of `work` in seconds, the best of several runs.
-fn seconds(mut work: impl FnMut()) -> f64 {
-    let time = |_| {
-        let start = Instant::now();
-        work();
-        start.elapsed().as_secs_f64()
-    };
-    (0..15).map(time).fold(f64::INFINITY, f64::min)
-}
-
-/// Measures the time by formula relative to the equivalent field type, for each kind of evaluation.
-/// Run it in a release build: `cargo test --release -p morgana-eikonal --test eikonal formulas --
-/// --ignored --nocapture`.
-#[test]
-#[ignore = "measures time and asserts no bound: run it by hand in a release build"]
-fn cost_beside_fields_of_their_own() {
-    let mut random = Random(5);
-    let points: Vec<DVec3> = (0..20_000).map(|_| random.point(&region())).collect();
-    for (name, field, formulas) in alike() {
-        let times = |field: &Field| {
-            let field = field.prepared(&region());
-            let sum = |f: &dyn Fn(DVec3) -> f64| {
-                seconds(|| assert!(points.iter().map(|x| f(*x)).sum::<f64>().is_finite()))
-            };
-            let steps = std::cell::Cell::new(0);
-            let rays = || {
-                let mut work = Work::default();
-                for x in &points[..200] {
-                    let node = Node::start(&field, *x * 0.5, DVec3::Y, ());
-                    let mut flow = Flow::new(&field, node, Tolerance::default());
-                    let mut left = 1.0;
-                    while left > 1e-9 {
-                        left -= flow.advance(left, &mut work).arc.h();
-                    }
-                }
-                steps.set(work.steps);
-            };
-            [
-                sum(&|x| field.n2(x)),
-                sum(&|x| field.gradient(x).1.x),
-                sum(&|x| field.jet(x).hess.x_axis.y),
-                sum(&|x| field.length_scale(x)),
-                seconds(rays),
-                1e-6 * f64::from(steps.get() as u32),
-            ]
-        };
-        let own = times(&field);
-        let per_point = own.map(|t| (1e10 * t / points.len() as f64).round() / 10.0);
-        println!("{name}: {per_point:?} ns (n², gradient, jet, length scale; rays, steps)");
-        for formula in &formulas {
-            let times = times(formula);
-            let ratios: Vec<f64> = times
-                .iter()
-                .zip(own)
-                .map(|(t, own)| (100.0 * t / own).round() / 100.0)
-                .collect();
-            println!("    by formula: {ratios:?}");
-        }
-    }
-}
-
 /// Traces the ray from `x` along a direction over a span of σ. Returns its nodes.
 fn nodes(field: &Field, x: DVec3, direction: DVec3, span: f64, tolerance: f64) -> Vec<Node<()>> {
     let node = Node::start(field, x, direction.normalize(), ());
