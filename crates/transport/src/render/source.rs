@@ -11,6 +11,7 @@ use crate::scene::Scene;
 use crate::sensor::SensorRay;
 use crate::stop::Stop;
 use eikonal::Tolerance;
+use std::ops::Range;
 
 /// Default work after which a pilot takes no more samples, in the unit of
 /// [`Stats::cost`](crate::stats::Stats::cost): about three seconds on one CPU core.
@@ -128,6 +129,15 @@ impl<'a> Source<'a> {
             number,
             point: self.cells.overlap().then(point),
         }
+    }
+
+    /// Returns the samples with the given numbers, and their footprints in the film's first cell.
+    pub(super) fn placed(&self, numbers: Range<u64>) -> Vec<(ImageSample, Footprint)> {
+        let placed = |number: u64| {
+            let sample = self.image_sample(number);
+            (sample, self.footprint(&sample))
+        };
+        numbers.map(placed).collect()
     }
 
     /// Returns the footprint of a sample in the film's first cell.

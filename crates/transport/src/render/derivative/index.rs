@@ -9,9 +9,9 @@ use crate::attached::{
     self, AttachedPath, AttachedWalk, IndexDerivativeError, IndexPlan, Majorants,
 };
 use crate::derivative::DerivativeError;
-use crate::film::{Decomposition, Footprint, PathFacts};
+use crate::film::{Decomposition, PathFacts};
 use crate::integrator::{Integrator, PathTracer};
-use crate::render::source::{ImageSample, Source, finite};
+use crate::render::source::{Source, finite};
 use crate::render::{Handle, RenderOptions, prepare};
 use crate::renderer::Renderer;
 use crate::scene::{MediumId, Scene};
@@ -274,11 +274,7 @@ impl Pass<'_> {
             max_depth: limits.max_depth.unwrap_or(u32::MAX),
             rr_depth: limits.rr_depth,
         };
-        let placed = |number: u64| {
-            let sample = source.image_sample(number);
-            (sample, source.footprint(&sample))
-        };
-        let placed: Vec<(ImageSample, Footprint)> = samples.clone().map(placed).collect();
+        let placed = source.placed(samples.clone());
         for cell in cells {
             for (sample, footprint) in &placed {
                 if source.is_stopped() {

@@ -10,7 +10,7 @@ mod readings;
 pub use index::{IndexDerivativeOptions, IndexDerivatives, check_indices, index_derivatives};
 pub use readings::{MeterDerivativeOptions, ReadingFunctional, meter_derivatives};
 
-use super::source::{ImageSample, SampledRay, Source, finite};
+use super::source::{SampledRay, Source, finite};
 use super::splats::{Place, splat};
 use super::{Handle, Prepared, RenderOptions, prepare};
 use crate::Spectrum;
@@ -248,11 +248,7 @@ impl<'a> Pass<'a> {
             (source.workspace(), Folded::new(Tape::default()), Vec::new());
         let mut sums = Sums::new(source.scene, self.plan, sums);
         let integrator = &self.options.integrator;
-        let placed = |number: u64| {
-            let sample = source.image_sample(number);
-            (sample, source.footprint(&sample))
-        };
-        let placed: Vec<(ImageSample, Footprint)> = samples.clone().map(placed).collect();
+        let placed = source.placed(samples.clone());
         for cell in cells {
             for (sample, footprint) in &placed {
                 if source.is_stopped() {
