@@ -95,7 +95,7 @@ pub enum PhaseError {
     },
     /// The matrix of flakes is not positive definite.
     #[error(
-        "the matrix S of flakes must be positive definite, with eigenvalues above 1e-6 times the largest, got {0} (xx, yy, zz, xy, xz, yz)"
+        "the matrix S of flakes must be positive definite, and no flake thinner than 1e-3 of its width: increase the smallest of xx, yy and zz, or reduce xy, xz and yz; got {0} (xx, yy, zz, xy, xz, yz)"
     )]
     NotDefinite(String),
     /// Flakes cannot be part of a mixture.
