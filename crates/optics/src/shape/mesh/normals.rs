@@ -81,6 +81,8 @@ impl Mesh {
             })
         };
         let flat = self.triangles.iter().enumerate().all(is_flat);
+        // Planted error "flat meshes shaded by rounded normals", found by morgana-transport/transport::shape::mesh::rounded_normals_shade_no_flat_mesh:
+        // self.normals = Some(normals);
         self.normals = (!flat).then_some(normals);
         self
     }
