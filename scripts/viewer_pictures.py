@@ -36,7 +36,7 @@ PICTURES = {
     "difference": (["path.exr", "bdpt.exr"], "compare=z&channel=G&cursor=213,93"),
     "film": (["film.exr"], "layer=length.0030"),
     "fluence": (["fluence.npz"], "array=fluence&axes=0,2&at1=2&log=1&cursor=24,10"),
-    "arrays": (["sound.npz"], "array=pressure&axes=1,2&names=z y x"),
+    "arrays": (["sound.npz"], "array=pressure&axes=1,2&names=z y x&scale=diverging&low=-1&high=1"),
     "check": ([SCENES / "luneburg_fog.xml"], ""),
     "rays": (
         ["fog.exr", SCENES / "luneburg_fog.xml", *FOG],
@@ -84,7 +84,7 @@ class Studio:
                 "-D",
                 "height=128",
                 "--spp",
-                "16",
+                "128",
                 "-o",
                 name,
             )
