@@ -4,7 +4,7 @@
 Renders the scene several times with independent seeds, compares it with a long render by particles,
 and writes docs/photons.md and docs/images/photons.png. Time is processor time, so that the
 comparison is fair on a busy machine, too: short renders measure the number of samples for it. Needs
-Pillow and the release binary (--binary takes another one).
+Matplotlib, Pillow and the release binary (--binary takes another one).
 
 Usage: scripts/compare_photons.py [--time SECONDS] [--seeds N] [--binary FILE]
 """
@@ -15,10 +15,12 @@ import pathlib
 import subprocess
 import tempfile
 
-from PIL import Image
+import matplotlib
 
+matplotlib.use("Agg")
 import compare
-import panels
+import matplotlib.pyplot as plt
+import numpy as np
 
 SCENE, SIZE = "luneburg_fog", {"width": 200, "height": 120}
 # Name, integrator, parameters.
@@ -30,6 +32,8 @@ ESTIMATORS = (
 )
 # Number of renders whose mean is the reference.
 REFERENCES = 10
+# Side of the blocks of pixels over which differences are averaged, and the difference in full colour, in percent of the image's mean.
+BLOCK, FULL = 2, 30
 
 
 def with_integrator(folder, name, kind, parameters):
@@ -85,17 +89,25 @@ def noise_of_mean(runs, means):
 
 
 def difference(runs, reference):
-    """Returns a picture that is red where the mean of the renders is too bright, blue where it is
-    too dark."""
-    scale = 4 * sum(reference) / len(reference)
-    averages = compare.averages(runs)
-    pixels = []
-    for i in range(0, len(reference), 3):
-        d = sum(averages[i : i + 3]) - sum(reference[i : i + 3])
-        strength = round(255 * min(abs(d) / scale * 4, 1.0))
-        faded = 255 - strength
-        pixels.append(bytes((255, faded, faded) if d > 0 else (faded, faded, 255)))
-    return Image.frombytes("RGB", (runs[0].width, runs[0].height), b"".join(pixels))
+    """Returns the mean of the renders minus the reference, in percent of the mean of the reference,
+    averaged over the channels and over blocks of BLOCK × BLOCK pixels."""
+    shape = (SIZE["height"] // BLOCK, BLOCK, SIZE["width"] // BLOCK, BLOCK, 3)
+    reference = np.asarray(reference)
+    return (np.asarray(compare.averages(runs)) - reference).reshape(shape).mean((1, 3, 4)) * 100 / reference.mean()
+
+
+def figure(images, differences):
+    """Returns a figure: one render by each estimator, and below it the difference of its mean."""
+    fig, axes = plt.subplots(2, len(images), figsize=(10.4, 3.9), layout="constrained")
+    for ax, below, (name, image), values in zip(axes[0], axes[1], images, differences):
+        ax.imshow(image)
+        ax.set_title(name, fontsize=11)
+        drawn = below.imshow(values, cmap="RdBu_r", vmin=-FULL, vmax=FULL)
+        below.set_title("mean − reference", fontsize=11)
+    for ax in axes.flat:
+        ax.set(xticks=[], yticks=[])
+    fig.colorbar(drawn, ax=axes[1], extend="both", label="difference (% of\nthe image's mean)")
+    return fig
 
 
 TEXT = """# Photon maps compared
@@ -106,8 +118,8 @@ The reference is the mean of {references} such renders by `particle`. `scripts/c
 
 ![One render of each, and below them where their means are too bright or too dark](images/photons.png)
 
-*Above: one render of each. Below: the mean of the renders minus the reference, red where it is too bright, blue where it is too dark. Full colour
-means a difference of a third of the image's mean or more. The difference contains the remaining noise of both.*
+*Above: one render of each. Below: the mean of the renders minus the reference, in blocks of {block} × {block} pixels: red where it is too bright, blue
+where it is too dark. The difference contains the remaining noise of both.*
 
 | estimator | samples per pixel | mean of the image | variance | squared bias |
 |---|---|---|---|---|
@@ -144,9 +156,10 @@ def main():
             rows.append(f"| {name} | {spp} | {mean:.5f} ± {error:.5f} | {variance:.1e} | {bias:.1e} |")
             print(rows[-1], flush=True)
             images.append((name, compare.picture(runs[0], 0)))
-            differences.append(("minus the reference", difference(runs, reference)))
+            differences.append(difference(runs, reference))
     out = compare.ROOT / "docs"
-    panels.save(panels.arrange(images + differences, len(ESTIMATORS)), out / "images" / "photons.png")
+    # All colours: 256 would show steps in smooth images.
+    figure(images, differences).savefig(out / "images" / "photons.png", dpi=100)
     text = TEXT.format(
         scene=SCENE,
         size=" × ".join(str(v) for v in SIZE.values()),
@@ -158,6 +171,7 @@ def main():
         mean=compare.overall(references)[0],
         error=compare.overall(references)[1],
         dark=100 * compare.DARK,
+        block=BLOCK,
     )
     (out / "photons.md").write_text(text)
 
