@@ -5,8 +5,8 @@ The parts of the scenes are in `plugin_scenes`.
 python3 scripts/site/plugin_pictures.py [KIND-NAME ...]    all pictures, or some; needs NumPy and Pillow
 
 The program is the one that the variable MORGANA names, or the development build; MORGANA_THREADS
-limits its threads. All images take about ten minutes of processor time, and are written to
-docs/images/plugins/ with 192 colours each.
+limits its threads. All images take about 45 minutes of processor time, and are written to
+docs/images/plugins/ with 256 colours each.
 """
 
 import json
@@ -35,6 +35,7 @@ from plugin_scenes import (
     camera,
     caustic,
     clouds,
+    coated,
     copies,
     diffuse,
     dusk,
@@ -76,7 +77,7 @@ from plugin_scenes import (
 )
 
 FOLDER = program.ROOT / "docs/images/plugins"
-COLOURS = 192
+COLOURS = 256
 
 
 # Bsdfs.
@@ -146,7 +147,7 @@ BSDFS = {
     ),
     "bsdf-blendbsdf": (
         "A ball of red plastic and rough gold in alternate fields",
-        lambda: surface(
+        lambda: coated(
             {
                 "type": "blendbsdf",
                 "weight": {"type": "checkerboard", "color0": 0, "color1": 1, "to_uv": [{"scale": [6, 2, 1]}]},
@@ -157,7 +158,7 @@ BSDFS = {
     ),
     "bsdf-coating": (
         "A ball of rough gold under a tinted layer",
-        lambda: surface(
+        lambda: coated(
             {
                 "type": "coating",
                 "int_ior": 1.5,
@@ -186,7 +187,7 @@ BSDFS = {
     ),
     "bsdf-plastic": (
         "A blue plastic ball: the coat reflects the windows",
-        lambda: surface({"type": "plastic", "diffuse_reflectance": BLUE}),
+        lambda: coated({"type": "plastic", "diffuse_reflectance": BLUE}),
     ),
     "bsdf-principled": (
         "A ball with metallic = 0.6 and roughness = 0.35",
@@ -298,7 +299,7 @@ def emitters(folder: Path) -> dict[str, tuple[str, Any]]:
             "A mirror ball under an image of a sunset",
             lambda: scene(
                 {"sky": {"type": "envmap", "filename": dusk(folder), "scale": 1.6}, "floor": floor(), "ball": ball({"type": "conductor"})},
-                128,
+                256,
             ),
         ),
         "emitter-fiber": (
@@ -359,7 +360,7 @@ def emitters(folder: Path) -> dict[str, tuple[str, Any]]:
                     },
                     "fill": fill,
                 },
-                128,
+                256,
             ),
         ),
         "emitter-spot": (
@@ -438,7 +439,7 @@ SHAPES = {
     "shape-instance": ("Seven instances of one group: a ball on a cylinder", copies),
     "shape-labels": (
         "Balls of voxels: left by their faces, right with a smooth surface",
-        lambda: scene({**STUDIO, "faces": of_voxels("voxels", -0.85), "smooth": of_voxels("smooth", 0.85)}, 384),
+        lambda: scene({**STUDIO, "faces": of_voxels("voxels", -0.85), "smooth": of_voxels("smooth", 0.85)}, 256),
     ),
     "shape-mesh": ("A torus of 2304 triangles", lambda: in_studio(ring=ring(diffuse(GREEN)))),
     "shape-rectangle": ("A rectangle", lambda: upright("rectangle", 0.75)),
@@ -671,7 +672,8 @@ def render(name: str, make: Any, folder: Path) -> int:
     source, raw = folder / f"{name}.json", folder / f"{name}.png"
     source.write_text(json.dumps(make()))
     program.output("render", str(source), "--quiet", "--threads", os.environ.get("MORGANA_THREADS", "2"), "--exposure", "0", "-o", str(raw))
-    image = Image.open(raw).convert("RGB").resize((WIDTH, HEIGHT), Image.Resampling.NEAREST).quantize(COLOURS, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+    image = Image.open(raw).convert("RGB").resize((WIDTH, HEIGHT), Image.Resampling.NEAREST)
+    image = image.quantize(COLOURS, Image.Quantize.MAXCOVERAGE, kmeans=3, dither=Image.Dither.NONE)
     image.save(FOLDER / f"{name}.png", optimize=True)
     return (FOLDER / f"{name}.png").stat().st_size
 

@@ -55,7 +55,8 @@ def camera(origin: list[float], target: list[float], fov: float, **more: Any) ->
 
 VIEW = camera([0, 1.9, 5.2], [0, 0.8, 0], 31)
 SKY = {"type": "constant", "radiance": 0.46}
-STUDIO = {"key": window([-3, 4.2, 3], 11), "rim": window([3.4, 3, -2.2], 5), "sky": SKY, "floor": floor()}
+STUDIO = {"key": window([-3, 4.2, 3], 2.75, 2.4), "rim": window([3.8, 3, -2.2], 2.5, 1.7), "sky": SKY, "floor": floor()}
+"""Large, dim windows, because clear coats reflect small, bright windows as grain."""
 
 
 def scene(objects: dict[str, Plugin], spp: int, sensor: Plugin = VIEW, integrator: Plugin | None = None, blur: float = 0.5) -> Plugin:
@@ -66,22 +67,27 @@ def scene(objects: dict[str, Plugin], spp: int, sensor: Plugin = VIEW, integrato
     return {"type": "scene", "integrator": integrator or {"type": "path"}, "sensor": seen, **objects}
 
 
-def in_studio(**objects: Plugin) -> Plugin:
+def in_studio(spp: int = 128, **objects: Plugin) -> Plugin:
     """Objects on the floor of the studio."""
-    return scene({**STUDIO, **objects}, 96)
+    return scene({**STUDIO, **objects}, spp)
 
 
 def with_caustics(**objects: Plugin) -> Plugin:
     """Objects in the studio that focus light."""
-    return scene({**STUDIO, **objects}, 128, integrator={"type": "bdpt"})
+    return scene({**STUDIO, **objects}, 256, integrator={"type": "bdpt"})
 
 
 # Bsdfs.
 
 
-def surface(bsdf: Plugin) -> Plugin:
+def surface(bsdf: Plugin, spp: int = 128) -> Plugin:
     """A ball with a bsdf."""
-    return in_studio(ball=ball(bsdf))
+    return in_studio(spp, ball=ball(bsdf))
+
+
+def coated(bsdf: Plugin) -> Plugin:
+    """A ball with a bsdf that has a smooth coat, which needs more samples."""
+    return surface(bsdf, 256)
 
 
 def pane() -> Plugin:
@@ -89,8 +95,8 @@ def pane() -> Plugin:
     placed = [{"scale": [0.85, 0.8, 1]}, {"rotate": {"axis": UP, "angle": -24}}, {"translate": [0.3, 0.8, 0.75]}]
     tint = {"type": "rgb", "value": [0.7, 0.85, 0.78]}
     glass = {"type": "rectangle", "to_world": placed, "bsdf": {"type": "thindielectric", "specular_transmittance": tint}}
-    globe = {"type": "sphere", "center": [-1.9, 0.5, 2.9], "radius": 0.3, "bsdf": diffuse(0), "emitter": {"type": "area", "radiance": 7}}
-    return in_studio(ball=ball(diffuse(RED), 0.7, -0.35, -0.5), pane=glass, globe=globe)
+    globe = {"type": "sphere", "center": [-1.9, 0.5, 2.9], "radius": 0.35, "bsdf": diffuse(0), "emitter": {"type": "area", "radiance": 1.5}}
+    return in_studio(512, ball=ball(diffuse(RED), 0.7, -0.35, -0.5), pane=glass, globe=globe)
 
 
 def open_tube() -> Plugin:
@@ -187,7 +193,7 @@ def lit(lights: dict[str, Plugin], haze: float = 0.0, integrator: str = "path") 
         hull = {"type": "cube", "to_world": [{"scale": [3.2, 1.6, 2]}, {"translate": [0, 1.59, 0]}], "bsdf": {"type": "null"}}
         solids["haze"] = {**hull, "interior": {"type": "homogeneous", "sigma_t": haze, "albedo": 0.9}}
     chosen = {"type": "bdpt", "max_depth": 4} if haze else {"type": integrator}
-    return scene({**solids, **lights}, 96, integrator=chosen, blur=1.0 if haze else 0.5)
+    return scene({**solids, **lights}, 256, integrator=chosen, blur=1.0 if haze else 0.5)
 
 
 def dusk(folder: Path) -> str:
@@ -265,12 +271,12 @@ def copies() -> Plugin:
         away = 1.05 if i < 6 else 0.0
         placed = [{"scale": 0.75 if i < 6 else 1.4}, {"translate": [away * math.sin(turn), 0, away * math.cos(turn)]}]
         objects[f"copy_{i}"] = {"type": "instance", "group": {"type": "ref", "id": "pin"}, "to_world": placed}
-    return in_studio(**objects)
+    return in_studio(256, **objects)
 
 
 def solid(shape: Plugin) -> Plugin:
     """A shape with a coat."""
-    return in_studio(solid={"bsdf": {"type": "plastic", "diffuse_reflectance": BLUE}, **shape})
+    return in_studio(256, solid={"bsdf": {"type": "plastic", "diffuse_reflectance": BLUE}, **shape})
 
 
 def turned(angle: float, *parts: Plugin) -> list[Plugin]:
@@ -322,7 +328,7 @@ def fur(folder: Path, strands: int = 1500) -> str:
 def furry(strands: str) -> Plugin:
     """A ball with the strands of a file."""
     hair = {"type": "hair", "filename": strands, "radius": 0.008, "bsdf": diffuse(CREAM)}
-    return scene({**STUDIO, "fur": hair, "ball": {**ball(diffuse(RED), 0.5), "center": [0, 0.85, 0]}}, 64)
+    return scene({**STUDIO, "fur": hair, "ball": {**ball(diffuse(RED), 0.5), "center": [0, 0.85, 0]}}, 128)
 
 
 def puff(size: int = 24) -> list[list[list[list[float]]]]:
@@ -353,6 +359,7 @@ def leaning(shape: Plugin) -> Plugin:
     """A shape over [0, 1]³, leaning towards the camera."""
     placed = [{"translate": [-0.5, -0.5, -0.5]}, {"scale": 1.8}, {"rotate": {"axis": [1, 0, 0], "angle": -25}}, {"translate": [0, 0.85, 0]}]
     return in_studio(
+        256,
         solid={**shape, "to_world": placed, "bsdf": {"type": "twosided", "bsdf": {"type": "plastic", "diffuse_reflectance": GREEN}}}
     )
 
