@@ -12,7 +12,9 @@ See docs/python.md.
 from ._denoise import Denoised, denoise
 from ._derivatives import Derivative, derivatives, jacobian
 from ._errors import Diagnostic, Error, FileError, RenderError, SceneError, SceneWarning
+from ._estimate import Estimate
 from ._images import Difference, Image, compare, exposure, read, write
+from ._layer import Layer
 from ._mcx import load_mcx
 from ._morgana import Field, Ray, Scene, __version__
 from ._parameters import Parameters
@@ -20,7 +22,8 @@ from ._pulse import Pulse
 from ._rays import Connections, Polyline, RayEnds, Rays, connect, trace
 from ._records import Jacobian, Power, Records
 from ._render import render
-from ._result import Layer, Reading, Result
+from ._reading import Reading
+from ._result import Result
 from ._scene import export, load_dict, load_field, load_file
 from ._sweep import Sweep, sweep
 from ._view import view
@@ -32,6 +35,7 @@ __all__ = [
     "Diagnostic",
     "Difference",
     "Error",
+    "Estimate",
     "Field",
     "FileError",
     "Image",

@@ -15,7 +15,9 @@ from ._errors import RenderError
 from ._extras import advice
 from ._images import Image, Path, _layers, read
 from ._numbers import numbers
-from ._result import Floats, Result, thumbnail
+from ._layer import Floats
+from ._pictures import thumbnail
+from ._result import Result
 from ._values import comparable
 
 

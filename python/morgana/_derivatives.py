@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import warnings
-from typing import Callable, Dict, Iterable, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Callable, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,13 +12,14 @@ from numpy.typing import ArrayLike, NDArray
 from . import _checks as checks
 from . import _morgana
 from ._errors import RenderError, SceneWarning
+from ._estimate import Data, Estimate, Origin, own_origin, run_with
 from ._limits import By
 from ._morgana import Scene
 from ._numbers import numbers
 from ._progress import Bar
 from ._render import Progress, limits, render
 from ._result import Result
-from ._values import comparable
+from ._values import Fields
 
 Doubles = NDArray[np.float64]
 Weights = Union[ArrayLike, Mapping[str, ArrayLike]]
@@ -25,9 +27,19 @@ Weights = Union[ArrayLike, Mapping[str, ArrayLike]]
 NO_READING = "the meters have no reading"
 
 
-@comparable
-class Derivative(NamedTuple):
-    """Derivative of a loss by a parameter of a scene."""
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Derivative(Data, Fields):
+    """Derivative of a loss by a parameter of a scene.
+
+    Derivatives compute like NumPy arrays, with their errors: see :class:`Estimate`. Their axes are
+    ``dim_0``, ``dim_1``, and so on.
+
+    Examples
+    --------
+    >>> by_albedo = morgana.derivatives(scene, ["fog.albedo"], weights)["fog.albedo"]
+    >>> step = 0.01 * by_albedo
+    >>> step.mean, step.error
+    """
 
     value: Doubles
     """Values, float64. The shape is (channels,) for a parameter with one number, (labels,
@@ -36,6 +48,17 @@ class Derivative(NamedTuple):
     (parameters,) of another field, or the shape of its parameter."""
     error: Doubles
     """Standard errors, of the same shape, from at most 32 batches of samples."""
+    _origin: Origin = dataclasses.field(init=False, default_factory=own_origin)
+
+    def _estimate(self) -> Estimate:
+        made: Estimate = Estimate(self.value, self.error, {f"dim_{i}": None for i in range(np.ndim(self.value))})._from(self._origin)
+        return made
+
+    def _with(self, seed: int) -> "Derivative":
+        """Sets the seed of the run, right after the construction."""
+        # Random numbers of derivatives are independent of the random numbers of renders.
+        object.__setattr__(self, "_origin", run_with(seed, "the run of derivatives"))
+        return self
 
     def __repr__(self) -> str:
         shape = " × ".join(map(str, self.value.shape))
@@ -168,7 +191,7 @@ def derivatives(
     if others:
         with Bar(scene, wanted["samples"], None, progress) as tick:
             found.update(zip(others, _morgana.differentiate(scene, wanted, by, flat, layered, tick)))
-    return {name: Derivative(*found[name]) for name in names}
+    return {name: Derivative(*found[name])._with(seed) for name in names}
 
 
 def jacobian(
@@ -238,7 +261,7 @@ def jacobian(
     by: By = {"parameters": names, "integrator": None}
     with Bar(scene, wanted["samples"], None, progress) as tick:
         found = _morgana.jacobian(scene, wanted, by, readings.index(reading), tick)
-    return {name: Derivative(value, error) for name, (value, error) in zip(names, found)}
+    return {name: Derivative(value, error)._with(seed) for name, (value, error) in zip(names, found)}
 
 
 def _names(parameters: Iterable[str]) -> List[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import math
 import os
@@ -14,8 +15,11 @@ from . import _morgana
 from ._checks import mapping, optional_finite, optional_whole, whole
 from ._errors import FileError, RenderError
 from ._numbers import numbers
-from ._result import Floats, Result, thumbnail
-from ._values import Named, comparable
+from ._estimate import Data, Estimate, Origin, own_origin, run_with
+from ._layer import Floats, picture
+from ._pictures import caption, thumbnail
+from ._result import Result
+from ._values import Fields, Named, comparable
 
 Path = Union[str, "os.PathLike[str]"]
 
@@ -23,9 +27,18 @@ OF_METERS = (".npz", ".h5", ".hdf5", ".nrrd")
 """Extensions of files of meter readings, which are not images."""
 
 
-@comparable
-class Image(NamedTuple):
-    """An image with all its layers: the result of :func:`read`."""
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Image(Data, Fields):
+    """An image with all its layers: the result of :func:`read`.
+
+    An image computes like a NumPy array of its main layer, with errors from the layer ``variance``
+    if there is one: see :class:`Estimate`. The axes are ``row``, ``column`` and ``channel``.
+
+    Examples
+    --------
+    >>> difference = morgana.read("first.exr") - morgana.read("other_seed.exr")
+    >>> difference.mean, difference.error
+    """
 
     layers: Dict[str, Floats]
     """Values by layer, float32, (height, width, channels), row 0 at the top. The main layer is
@@ -34,6 +47,7 @@ class Image(NamedTuple):
     """Names of the channels of each layer."""
     attributes: Dict[str, str]
     """Texts about the image: ``scene_hash``, ``seed``, ``spp`` and others."""
+    _origin: Origin = dataclasses.field(init=False, default_factory=own_origin)
 
     @property
     def image(self) -> Floats:
@@ -46,13 +60,19 @@ class Image(NamedTuple):
         """
         return self.layers[""]
 
+    def _estimate(self) -> Estimate:
+        variance, few = self.layers.get("variance"), self.layers.get("few")
+        error = np.broadcast_to(np.asarray(np.nan, self.image.dtype), self.image.shape) if variance is None else np.sqrt(variance)
+        origin = run_with(self.attributes["seed"]) if "seed" in self.attributes else self._origin
+        return picture(self.image, error, None if few is None else few != 0, self.channels[""], origin)
+
     def __repr__(self) -> str:
         height, width = next(iter(self.layers.values())).shape[:2]
         return f"<morgana.Image of {width} × {height}, layers {', '.join(map(repr, self.layers))}>"
 
     def _repr_html_(self) -> str:
         main = "" if "" in self.layers else next(iter(self.layers))
-        return thumbnail(self.layers[main], self.channels[main])
+        return thumbnail(self.layers[main], self.channels[main]) + caption(repr(self))
 
 
 @comparable
@@ -260,6 +280,10 @@ def _layers(image: Comparable) -> Layers:
         return [("", image.channels, image.image), ("variance", image.channels, image.variance)]
     if isinstance(image, Image):
         return [(name, image.channels[name], numbers(values, "the image", np.float32)) for name, values in image.layers.items()]
+    if isinstance(image, Data) and tuple(image._estimate().axes) == ("row", "column", "channel"):
+        estimate = image._estimate()
+        names = estimate.names.get("channel", _names(estimate.shape[2]))
+        return [(name, names, np.asarray(values, np.float32)) for name, values in (("", estimate.mean), ("variance", estimate.error**2))]
     values = numbers(image, "the image", np.float32)
     if values.ndim == 2:
         values = values[:, :, None]

@@ -2,25 +2,42 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
-from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Union
+from typing import Any, Dict, List, Mapping, Optional, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._archives import Array, opened
 from ._errors import FileError
+from ._estimate import Data, Estimate, Origin, own_origin, run_with
 from ._numbers import chosen, numbers
+from ._pictures import caption, histogram, html_of
 from ._pulse import Pulse
-from ._values import comparable
+from ._values import Fields
+from ._xarray import record_set
 
 Doubles = NDArray[np.float64]
 Phasors = NDArray[np.complex128]
 
 
-@comparable
-class Power(NamedTuple):
-    """Power of recorded light by channel, or energy by gate and channel."""
+WHOLE = ("regions", "mu_a", "particles", "unit", "velocity_change")
+"""Fields that all records share."""
+
+
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Power(Data, Fields):
+    """Power of recorded light by channel, or energy by gate and channel.
+
+    Powers compute like NumPy arrays, with their errors: see :class:`Estimate`. Their axes are
+    ``opl`` for gates, and ``channel``.
+
+    Examples
+    --------
+    >>> gates = records.gated(np.linspace(0, 300, 31))
+    >>> gates.sel(opl=150.0, channel=0) / 1e-3
+    """
 
     mean: Doubles
     """Power, (channels,) or (gates, channels), in the unit of the weights."""
@@ -33,11 +50,38 @@ class Power(NamedTuple):
     few: NDArray[np.bool_]
     """Mask of the unreliable errors: the largest particle contributes more than a tenth of the
     power, or there are fewer than two particles."""
+    gates: Optional[Doubles] = None
+    """Edges of the gates, in optical path length, (gates + 1,); ``None`` without gates."""
+    unit: str = ""
+    """Unit of the power."""
+    _origin: Origin = dataclasses.field(init=False, default_factory=own_origin)
+
+    def _estimate(self) -> Estimate:
+        axes: Dict[str, Optional[Doubles]] = {"channel": None}
+        if np.ndim(self.mean) == 2:
+            axes = {"opl" if self.gates is not None else "gate": self.gates, **axes}
+        made: Estimate = Estimate(self.mean, self.error, axes, self.unit, self.effective, self.few)._from(self._origin)
+        return made
+
+    def __repr__(self) -> str:
+        return repr(self._estimate()).replace("Estimate", "Power", 1)
+
+    def _repr_html_(self) -> str:
+        return html_of(self._estimate(), repr(self))
 
 
-@comparable
-class Jacobian(NamedTuple):
-    """Derivatives of the recorded power by the coefficients of the regions."""
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Jacobian(Data, Fields):
+    """Derivatives of the recorded power by the coefficients of the regions.
+
+    Derivatives compute like a NumPy array of the axes ``coefficient`` (``"mu_a"``, ``"mu_s"``),
+    ``region`` and ``channel``, with their errors: see :class:`Estimate`.
+
+    Examples
+    --------
+    >>> rows = records.jacobian({"tissue": 10.0})
+    >>> rows.sel(coefficient="mu_a", region="tissue") / 100
+    """
 
     mu_a: Doubles
     """Derivatives by absorption coefficients at constant scattering, (regions, channels): minus the
@@ -49,17 +93,35 @@ class Jacobian(NamedTuple):
     μ_s is not given."""
     mu_s_error: Doubles
     """Standard errors of ``mu_s``, of the same shape."""
+    regions: List[str] = dataclasses.field(default_factory=list)
+    """Names of the regions, as in :class:`Records`."""
+    unit: str = ""
+    """Unit of the derivatives."""
+    _origin: Origin = dataclasses.field(init=False, default_factory=own_origin)
+
+    def _estimate(self) -> Estimate:
+        mean, error = np.stack([self.mu_a, self.mu_s]), np.stack([self.mu_a_error, self.mu_s_error])
+        names = {"coefficient": ["mu_a", "mu_s"], **({"region": self.regions} if self.regions else {})}
+        made: Estimate = Estimate(mean, error, {"coefficient": None, "region": None, "channel": None}, self.unit, names=names)._from(self._origin)
+        return made
 
     def __repr__(self) -> str:
         return f"<morgana.Jacobian of {len(self.mu_a)} regions>"
 
 
-@comparable
-class Records(NamedTuple):
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Records(Fields):
     """Records of the light that a meter accepted (docs/meters.md#records).
 
     There is one record per passage of a particle. Lengths are in scene units. Regions are the media
-    of the scene, or the labels within a medium.
+    of the scene, or the labels within a medium. ``len(records)`` is the number of records.
+    ``records[mask]`` and ``records[:1000]`` select records; powers of the selection are the parts
+    of the power that these records carry.
+
+    Examples
+    --------
+    >>> late = records[records.optical_length > 300]
+    >>> len(late), late.power().mean
     """
 
     particle: NDArray[np.int64]
@@ -109,6 +171,25 @@ class Records(NamedTuple):
     stokes: Optional[Doubles] = None
     """Stokes parameters S0 to S3 of the power, (n, 4, channels), in the frame of the meter.
     ``None`` unless the meter has ``stokes``."""
+
+    _origin: Origin = dataclasses.field(init=False, default_factory=own_origin)
+
+    def __len__(self) -> int:
+        return len(self.particle)
+
+    def __getitem__(self, which: Any) -> "Records":
+        """Returns some records: a mask, a slice, or numbers of records."""
+        if not isinstance(which, slice):
+            which = np.atleast_1d(np.asarray(which))
+            if which.dtype.kind not in "biu" or which.ndim != 1:
+                raise TypeError("records are selected by a mask, a slice or numbers of records: columns are attributes, such as .weight")
+            if which.dtype == bool:
+                which = chosen(which, len(self))
+        columns = {name: of[which] for name, of in self._asdict().items() if name not in WHOLE and of is not None}
+        return self._replace(**columns)
+
+    def __array__(self, dtype: Any = None, copy: Optional[bool] = None) -> Any:
+        raise TypeError("records are a table of columns: take one, such as records.weight, or records.power() for the power with its error")
 
     @classmethod
     def load(cls, path: Union[str, "os.PathLike[str]"], meter: Optional[str] = None) -> "Records":
@@ -228,7 +309,10 @@ class Records(NamedTuple):
                 raise ValueError(f"the scattering of {name!r} must be finite and positive")
         by_mu_a = self._power(particle, -length * weight)
         by_mu_s = self._power(particle, (scatterings / known - length) * weight)
-        return Jacobian(by_mu_a.mean, by_mu_a.error, by_mu_s.mean, by_mu_s.error)
+        unit = f"{self.unit}*unit" if self.unit else ""
+        found = Jacobian(by_mu_a.mean, by_mu_a.error, by_mu_s.mean, by_mu_s.error, list(self.regions), unit)
+        object.__setattr__(found, "_origin", self._origin)
+        return found
 
     def _region(self, name: str) -> int:
         """Returns the row of a region."""
@@ -295,22 +379,53 @@ class Records(NamedTuple):
             raise ValueError("edges of gates must be at least two ascending numbers")
         since = limits - self.optical_length[:, None]
         share = np.diff((since > 0).astype(float) if pulse is None else pulse.emitted(since), axis=1)
-        return self._power(self.particle, share[:, :, None] * self.weight[:, None, :])
+        return self._power(self.particle, share[:, :, None] * self.weight[:, None, :], limits)
 
-    def _power(self, particle: NDArray[np.int64], weight: Doubles) -> Power:
+    def _power(self, particle: NDArray[np.int64], weight: Doubles, gates: Optional[Doubles] = None) -> Power:
         """Returns the sum of weights, (n, ...), with its error over particles."""
+        found = self._sum(particle, weight, gates)
+        object.__setattr__(found, "_origin", self._origin)
+        return found
+
+    def _sum(self, particle: NDArray[np.int64], weight: Doubles, gates: Optional[Doubles]) -> Power:
         _, rows = np.unique(particle, return_inverse=True)
         totals = np.zeros((int(rows.max(initial=-1)) + 1, *weight.shape[1:]))
         np.add.at(totals, rows, weight)
         mean, squares, largest = totals.sum(axis=0), (totals**2).sum(axis=0), totals.max(axis=0, initial=0.0)
         effective = np.divide(mean**2, squares, out=np.zeros_like(mean), where=squares > 0)
         if self.particles < 2:
-            return Power(mean, np.full_like(mean, np.inf), effective, np.ones(mean.shape, bool))
+            return Power(mean, np.full_like(mean, np.inf), effective, np.ones(mean.shape, bool), gates, self.unit)
         variance = np.maximum(squares - mean**2 / self.particles, 0.0) * self.particles / (self.particles - 1)
-        return Power(mean, np.sqrt(variance), effective, largest > 0.1 * mean)
+        return Power(mean, np.sqrt(variance), effective, largest > 0.1 * mean, gates, self.unit)
 
     def __repr__(self) -> str:
         return f"<morgana.Records of {len(self.particle)} passages of {self.particles} particles, in {len(self.regions)} regions>"
+
+    def to_xarray(self) -> Any:
+        """Convert to an ``xarray.Dataset``.
+
+        Returns
+        -------
+        xarray.Dataset
+            A variable for each column over ``record``, and ``mu_a`` over ``region``. Coordinates
+            are the names of the regions. The real and imaginary parts of the modulations have the
+            suffixes ``_real`` and ``_imag``.
+
+        Raises
+        ------
+        ImportError
+            xarray is not installed: run ``pip install ".[sweep]"`` in a clone of morgana.
+
+        Examples
+        --------
+        >>> table = records.to_xarray()
+        >>> table["path_length"].sel(region="tissue").mean()
+        """
+        return record_set(self)
+
+    def _repr_html_(self) -> str:
+        power = self.weight.sum(axis=1) if len(self) else np.zeros(0)
+        return histogram(self.optical_length, power, f"power ({self.unit}) over the optical path length (scene units)") + caption(repr(self))
 
 
 def found_in(arrays: Mapping[str, Array], attributes: Mapping[str, Any]) -> Dict[str, Records]:
@@ -319,7 +434,10 @@ def found_in(arrays: Mapping[str, Array], attributes: Mapping[str, Any]) -> Dict
     for name in arrays:
         prefix, found, _ = name.rpartition("record_weight")
         if found:
-            tables[attributes[f"{prefix}meter"]] = _table(prefix, arrays, attributes)
+            table = _table(prefix, arrays, attributes)
+            if "seed" in attributes:
+                object.__setattr__(table, "_origin", run_with(attributes["seed"]))
+            tables[attributes[f"{prefix}meter"]] = table
     return tables
 
 

@@ -2,160 +2,41 @@
 
 from __future__ import annotations
 
-import base64
 import functools
-import html
 import json
 import os
-from typing import Any, Callable, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Optional, Tuple, TypeVar, Union
+from typing import Any, Callable, Dict, Iterable, Iterator, List, Mapping, Optional, Tuple, TypeVar, Union
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from . import _morgana
-from ._archives import Array, opened
-from ._checks import optional_finite
-from ._errors import FileError, RenderError
+from ._archives import Array
+from ._checks import optional_finite, optional_positive
+from ._errors import RenderError
+from ._estimate import Data, Estimate, Origin, run_with
+from ._layer import UNITS, Bools, Floats, Layer, picture, undelayed
 from ._morgana import Scene
-from ._pulse import Pulse
+from ._pictures import caption, thumbnail
+from ._reading import Reading, edges_of, names_in, reading_in, reading_of
 from ._records import Records, found_in
-from ._values import Named, alike, comparable, unknown
+from ._values import Named, alike, unknown
+from ._xarray import data_set
 
-Floats = NDArray[np.float32]
 Doubles = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 
 Value = TypeVar("Value")
 
-THUMBNAIL = 320
-"""Longest side of a thumbnail, in pixels."""
+SHOWN = 2
+"""Maximum number of readings that a notebook shows of a result."""
 
 
-@comparable
-class Layer(NamedTuple):
-    """Layer of a picture: a part of its light, or a quantity of its rays."""
-
-    mean: Floats
-    """Means of pixels, float32, (height, width, channels)."""
-    variance: Floats
-    """Variances of the means, of the same shape; infinite with fewer than two samples."""
-    few: Bools
-    """Mask of the variances that are unreliable, of the same shape: see ``Result.few``."""
-    channels: List[str]
-    """Names of the channels of the picture, or of the components of a quantity, such as ``X`` and
-    ``Y``."""
-
-    @property
-    def error(self) -> Floats:
-        """Standard errors of the means, of the same shape."""
-        return np.sqrt(self.variance)
-
-    def __repr__(self) -> str:
-        height, width, _ = self.mean.shape
-        return f"<morgana.Layer of {width} × {height}, channels {', '.join(self.channels)}, mean {self.mean.mean(dtype=float):.5g}>"
-
-
-@comparable
-class Reading(NamedTuple):
-    """A quantity that a meter measured (docs/meters.md)."""
-
-    mean: Doubles
-    """Means of the bins; the shape follows the axes."""
-    error: Doubles
-    """Standard errors of the means, of the same shape."""
-    axes: Dict[str, Optional[Doubles]]
-    """Edges of the bins by axis, the slowest axis first: one more edge than bins. ``None`` for axes
-    without edges: ``channel``, ``side``, ``part``."""
-    unit: str
-    """Unit, in which ``unit`` stands for the scene's unit of length: ``W/unit^2``."""
-    effective: Optional[Doubles] = None
-    """Effective numbers of particles, of the shape of ``mean``: numbers of equal particles that
-    would give means of equal uncertainty."""
-    few: Optional[Bools] = None
-    """Mask of the unreliable errors, of the shape of ``mean``. Such errors come from fewer than ten
-    effective particles or mostly from a single one (docs/meters.md)."""
-
-    @classmethod
-    def load(cls, path: Union[str, "os.PathLike[str]"], name: str) -> "Reading":
-        """Read a meter's quantity from an NPZ or HDF5 file.
-
-        The file is one that ``morgana render`` or :meth:`Result.write` wrote.
-
-        Parameters
-        ----------
-        path : path_like
-            The file.
-        name : str
-            The quantity, as in ``Result.meters``: ``"fluence"``, or ``"tank.fluence"`` if the file
-            contains several meters.
-
-        Returns
-        -------
-        Reading
-            The reading, as in the result.
-
-        Raises
-        ------
-        FileError
-            A file without this reading, or in another format.
-
-        Examples
-        --------
-        >>> depth = correlation.modulation_depth(morgana.Reading.load("tissue.npz", "fluence_sidebands"))
-        """
-        arrays = opened(path).arrays
-        found = names_in(arrays)
-        if name not in found:
-            raise FileError(f"{os.fspath(path)}: no reading {name!r}: the file has {', '.join(found) or 'none'}")
-        return reading_in(arrays, name)
-
-    def convolved(self, pulse: Pulse) -> "Reading":
-        """Response to a pulse of light, from the response to an impulse.
-
-        The reading is the impulse response in bins of the optical path length. Light is spread
-        evenly over its bin: take bins that are narrow compared with the pulse, and that contain all
-        light. The errors are upper bounds, which correlated bins reach; :meth:`Records.gated` gives
-        exact errors.
-
-        Parameters
-        ----------
-        pulse : Pulse
-            The shape of the pulse.
-
-        Returns
-        -------
-        Reading
-            This quantity with the pulse, without effective numbers of particles.
-
-        Raises
-        ------
-        ValueError
-            A reading without bins of the optical path length.
-
-        Examples
-        --------
-        >>> gates = measured.meters["fluence"].convolved(morgana.Pulse.gaussian(fwhm=30))
-        """
-        edges = self.axes.get("opl")
-        if edges is None:
-            raise ValueError("the reading has no bins of the optical path length: give the meter min_bound, max_bound and bin_width")
-        kernel, axis = pulse.kernel(edges), list(self.axes).index("opl")
-
-        def along(values: Doubles) -> Doubles:
-            return np.moveaxis(np.tensordot(kernel, values, (1, axis)), 0, axis)
-
-        mean = along(self.mean)
-        few = None if self.few is None else along(np.abs(self.mean) * self.few) > 0.1 * np.abs(mean)
-        return self._replace(mean=mean, error=along(self.error), effective=None, few=few)
-
-    def __repr__(self) -> str:
-        shape = " × ".join(f"{count} {axis}" for axis, count in zip(self.axes, self.mean.shape)) or "1 value"
-        most = f", at most {self.mean.max():.5g}" if self.mean.size else ""
-        return f"<morgana.Reading of {shape}{most} {self.unit}>".replace(" >", ">")
-
-
-class Result:
+class Result(Data):
     """Result of :func:`render`: a picture, or the readings of meters.
+
+    A picture computes like a NumPy array, with its errors: ``result / 2``, or ``result - other`` of
+    a run with another seed (see :class:`Estimate`). The axes are ``row``, ``column`` and
+    ``channel``. Readings are in ``meters``.
 
     Arrays are made on first access, and kept. Results can be pickled, and compared with ``==``:
     equal results have equal numbers and equal scenes; run times do not count.
@@ -182,6 +63,16 @@ class Result:
         if isinstance(self._run, _morgana.Measured):
             return {name: self._run.array(name) for name in self._arrays}
         return {"image": self.image, "variance": self.variance, "samples": self.samples, **self.layers}
+
+    @property
+    def _origin(self) -> Origin:
+        return run_with(self.stats["seed"])
+
+    def _estimate(self) -> Estimate:
+        return picture(self.image, self.error, self.few, self.channels, self._origin)
+
+    def __bool__(self) -> bool:
+        return True
 
     @functools.cached_property
     def stats(self) -> Dict[str, Any]:
@@ -355,13 +246,13 @@ class Result:
             return {}, []
         layers, axes = self._run.layers()
         flags = {name: few for name, _, _, few in layers}
-        named = {name: Layer(mean, variance, flags[undelayed(name)], self.channels) for name, mean, variance, _ in layers}
+        named = {name: Layer(mean, variance, flags[undelayed(name)], self.channels)._from(self._origin) for name, mean, variance, _ in layers}
         return named, json.loads(axes)
 
     def _quantities(self) -> Dict[str, Layer]:
         def layer(mean: Floats, variance: Floats, channels: List[str]) -> Layer:
             own = [channel.rpartition(".")[2] for channel in channels]
-            return Layer(mean, variance, np.zeros(mean.shape, bool), own)
+            return Layer(mean, variance, np.zeros(mean.shape, bool), own)._from(self._origin)
 
         layers = {name: layer(mean, variance, channels) for name, channels, mean, variance in self._rendered.quantities()}
         for name, channels, mean in self._rendered.moments():
@@ -377,6 +268,12 @@ class Result:
         return Lazy("array", outlines, lambda name: Array(*outlines[name], run.array(name)))
 
     @functools.cached_property
+    def _attributes(self) -> Dict[str, Any]:
+        """Attributes of a file of the readings."""
+        attributes = {} if isinstance(self._run, _morgana.Rendered) else json.loads(self._run.attributes)
+        return {**attributes, "seed": self.stats["seed"]}
+
+    @functools.cached_property
     def meters(self) -> Mapping[str, Reading]:
         """Readings of meters by the names of the quantities; empty for a picture.
 
@@ -388,7 +285,7 @@ class Result:
 
         def make(name: str) -> Reading:
             if name not in kept:
-                kept[name] = reading_in(self._arrays, name)
+                kept[name] = reading_in(self._arrays, name, self._attributes)
             return kept[name]
 
         return Lazy("reading", names_in(self._arrays), make)
@@ -429,7 +326,7 @@ class Result:
             error = self._arrays[f"{name}_error"].values.astype(dtype, copy=False)
         else:
             error = np.broadcast_to(np.asarray(np.nan, dtype), mean.shape)
-        return Reading(mean, error, _edges(self._arrays, name, axes), unit)
+        return reading_of(Reading(mean, error, edges_of(self._arrays, name, axes), unit), self._attributes)
 
     @functools.cached_property
     def records(self) -> Dict[str, Records]:
@@ -438,12 +335,54 @@ class Result:
         Empty if no meter keeps records (docs/meters.md#records)."""
         if isinstance(self._run, _morgana.Rendered):
             return {}
-        return found_in(self._arrays, json.loads(self._run.attributes))
+        return found_in(self._arrays, self._attributes)
 
     @property
     def emitted(self) -> Optional[Doubles]:
         """Power of all emitters, (channels,), in W; ``None`` for a picture."""
         return self._arrays["emitted"].values if self._arrays else None
+
+    def to_xarray(self, *, name: Optional[str] = None, metres_per_unit: Optional[float] = None) -> Any:
+        """Convert all quantities to an ``xarray.Dataset``.
+
+        Parameters
+        ----------
+        name : str, optional
+            Name of a single quantity, such as ``"fluence"``; by default all.
+        metres_per_unit : float, optional
+            Length of a scene unit in m, > 0. It adds the coordinate ``time`` in s beside ``opl``:
+            optical path length over the speed of light in vacuum.
+
+        Returns
+        -------
+        xarray.Dataset
+            A variable for ``image`` and each of ``layers``, or for each of ``meters``, and one
+            with the suffix ``_error``. ``attrs["units"]`` is the unit. Coordinates are the centres
+            of bins with their edges (``z_lower``, ``z_upper``), and names of channels. An axis has
+            the name of its meter as prefix, as in ``near.z``, if meters have different bins.
+
+        Raises
+        ------
+        KeyError
+            An unknown quantity.
+        ImportError
+            xarray is not installed: run ``pip install ".[sweep]"`` in a clone of morgana.
+
+        Examples
+        --------
+        >>> measured.to_xarray()["fluence"].sum(("x", "y")).plot()
+        """
+        quantities = self._quantities_by_name()
+        if name is not None and name not in quantities:
+            raise unknown("quantity", name, quantities)
+        chosen = quantities if name is None else {name: quantities[name]}
+        return data_set(chosen, optional_positive(metres_per_unit, "metres_per_unit"))
+
+    def _quantities_by_name(self) -> Dict[str, Estimate]:
+        if isinstance(self._run, _morgana.Measured):
+            return dict(self.meters)
+        layers = {name: layer._estimate()._replace(unit=UNITS.get(name, "")) for name, layer in self.layers.items()}
+        return {"image": self._estimate(), **layers}
 
     def write(self, path: Union[str, "os.PathLike[str]"], *, exposure: Optional[float] = None) -> None:
         """Write the picture or the readings to a file, completely or not at all.
@@ -495,17 +434,9 @@ class Result:
         return f"{self.scene.name}: {width} × {height} × {channels}, {self.stats['spp']} spp, {mean}{stopped}"
 
     def _repr_html_(self) -> str:
-        text = html.escape(self._summary())
         if isinstance(self._run, _morgana.Measured):
-            return f"<p>{text}</p>"
-        return f"{thumbnail(self.image, self.channels)}<p>{text}</p>"
-
-
-def undelayed(layer: str) -> str:
-    """Returns the undelayed layer for a delayed layer of tagged light, and any other layer
-    itself."""
-    *before, word, number = ["", *layer.split(".")]
-    return ".".join([*before[1:], "total"]) if word == "delay" and number.isdigit() else layer
+            return "".join(self.reading(name)._repr_html_() for name in list(self.meters)[:SHOWN]) + caption(self._summary())
+        return thumbnail(self.image, self.channels) + caption(self._summary())
 
 
 class Lazy(Mapping[str, Value]):
@@ -532,32 +463,3 @@ class Lazy(Mapping[str, Value]):
 
     def __repr__(self) -> str:
         return repr(dict(self))
-
-
-def names_in(arrays: Mapping[str, Array]) -> List[str]:
-    """Returns the names of the readings among the arrays of a measurement."""
-    return [name for name in arrays if f"{name}_error" in arrays]
-
-
-def reading_in(arrays: Mapping[str, Array], name: str) -> Reading:
-    """Returns a reading from the arrays of a measurement."""
-    unit, axes, mean = arrays[name]
-    error, effective, few = (arrays[f"{name}_{what}"].values for what in ("error", "effective", "few"))
-    return Reading(mean, error, _edges(arrays, name, axes), unit, effective, few != 0)
-
-
-def _edges(arrays: Mapping[str, Array], name: str, of: List[str]) -> Dict[str, Optional[Doubles]]:
-    """Returns the edges of the bins of each axis of a reading."""
-    prefix, dot, _ = name.rpartition(".")
-    of_axes = {axis: f"{prefix}{dot}{axis}_edges" for axis in of}
-    return {axis: arrays[edges].values if edges in arrays else None for axis, edges in of_axes.items()}
-
-
-def thumbnail(image: Floats, channels: List[str]) -> str:
-    """Returns a small picture for notebooks, as HTML."""
-    height, width = image.shape[:2]
-    n = min(-(-max(height, width) // THUMBNAIL), height, width)
-    small = image[: height // n * n, : width // n * n]
-    small = small.reshape(height // n, n, width // n, n, -1).mean(axis=(1, 3))
-    png = base64.b64encode(_morgana.encode_png([("", channels, small)])).decode()
-    return f'<img src="data:image/png;base64,{png}" width="{small.shape[1]}" height="{small.shape[0]}">'

@@ -12,12 +12,14 @@ from numpy.typing import NDArray
 
 from ._checks import mapping
 from ._errors import RenderError
-from ._extras import advice
 from ._morgana import Scene
 from ._render import render
-from ._result import Layer, Result
+from ._layer import Layer
+from ._result import Result
 from ._scene import Define, load_dict, load_file
+from ._selection import Axis
 from ._values import alike, comparable
+from ._xarray import coordinates_of, module, shared_dimensions
 
 Doubles = NDArray[np.float64]
 Source = Union[str, Dict[str, Any]]
@@ -70,65 +72,26 @@ class Sweep(NamedTuple):
         ImportError
             xarray is not installed: run ``pip install ".[sweep]"`` in a clone of morgana.
         """
-        try:
-            import xarray
-        except ImportError as missing:
-            raise ImportError(f"data sets need xarray: {advice('sweep')}") from missing
+        xarray = module()
         quantities = {*self.mean, *(f"{name}_error" for name in self.mean)}
         parameters = {f"parameters.{name}" if name in quantities else name: values for name, values in self.parameters.items()}
-        dimensions, coordinates = self._dimensions({*quantities, *parameters})
+        dimensions, axes = shared_dimensions({name: self._axes(name) for name in self.mean}, {*quantities, *parameters})
         variables = {}
         for name in self.mean:
             of = [*parameters, *dimensions[name]]
             attributes = {"units": self.units[name]} if name in self.units else {}
             variables[name] = (of, self.mean[name], attributes)
             variables[f"{name}_error"] = (of, self.error[name], attributes)
-        return xarray.Dataset(variables, {**parameters, **coordinates})
+        return xarray.Dataset(variables, {**parameters, **coordinates_of(axes)})
 
-    def _dimensions(self, taken: Set[str]) -> Tuple[Dict[str, List[str]], Dict[str, Sequence[Any]]]:
-        """Returns the names of the dimensions of each quantity after the parameter dimensions,
-        none of them in ``taken``, and the coordinates of the dimensions."""
-        kinds: Dict[str, Dict[_Bins, List[str]]] = {}
-        for name, axes in self.axes.items():
-            for axis in axes:
-                kinds.setdefault(axis, {}).setdefault(self._bins(name, axis), []).append(name)
-        found: Dict[Tuple[str, str], str] = {}
-        coordinates: Dict[str, Sequence[Any]] = {}
-        for axis, by_bins in kinds.items():
-            alone = len(by_bins) == 1 and axis not in taken
-            for bins, names in by_bins.items():
-                dimension = axis if alone else _own(axis, names[0], taken)
-                taken = {*taken, dimension}
-                found.update({(name, axis): dimension for name in names})
-                if bins.coordinate:
-                    coordinates[dimension] = list(bins.coordinate)
-        return {name: [found[name, axis] for axis in axes] for name, axes in self.axes.items()}, coordinates
+    def _axes(self, name: str) -> List[Axis]:
+        """Returns the axes of a quantity after the axes of parameters."""
+        shape = self.mean[name].shape[len(self.parameters) :]
+        return [Axis(axis, size, edges, self._names(name, axis, size)) for (axis, edges), size in zip(self.axes[name].items(), shape)]
 
-    def _bins(self, name: str, axis: str) -> _Bins:
-        """Returns the bins of an axis of a quantity."""
-        size = self.mean[name].shape[len(self.parameters) + list(self.axes[name]).index(axis)]
-        edges = self.axes[name][axis]
-        if edges is not None:
-            return _Bins(size, tuple(0.5 * (edges[1:] + edges[:-1])), tuple(edges))
-        is_channel = axis.rpartition(".")[2] == "channel"
-        return _Bins(size, tuple(self.channels[name]) if is_channel else ())
-
-
-class _Bins(NamedTuple):
-    """Bins of an axis. Axes with equal bins share a dimension."""
-
-    size: int
-    coordinate: Tuple[Any, ...] = ()
-    """Centres of bins, or names of channels."""
-    edges: Tuple[float, ...] = ()
-
-
-def _own(axis: str, quantity: str, taken: Set[str]) -> str:
-    """Returns a name for the axis of a quantity, with the prefix of its meter if that name is free,
-    else of the quantity."""
-    meter = quantity.rpartition(".")[0]
-    name = f"{meter}.{axis}"
-    return name if meter and name not in taken else f"{quantity}.{axis}"
+    def _names(self, name: str, axis: str, size: int) -> Optional[List[str]]:
+        channels = self.channels[name] if axis.rpartition(".")[2] == "channel" else []
+        return channels if len(channels) == size else None
 
 
 class _Point(NamedTuple):

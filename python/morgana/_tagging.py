@@ -12,12 +12,12 @@ from . import _morgana
 from ._bins import mean_and_variance
 from ._correlation import Correlation
 from ._records import Records
-from ._result import Reading
+from ._reading import Reading
 from ._sums import by_channel, by_particle, error_of, positive, seconds, taken, warn_about_wavelength
 from ._values import comparable
 
 if TYPE_CHECKING:
-    from ._result import Layer
+    from ._layer import Layer
 
 Doubles = NDArray[np.float64]
 Floats = NDArray[np.float32]

@@ -3,12 +3,14 @@ helpful errors."""
 
 from __future__ import annotations
 
-from typing import Any, Dict, Iterable, Mapping, NoReturn, Tuple, Type, TypeVar
+import dataclasses
+from typing import Any, ClassVar, Dict, Iterable, Mapping, NoReturn, Tuple, Type, TypeVar
 
 import numpy as np
 
 Tuple_ = TypeVar("Tuple_", bound=Tuple[Any, ...])
 Value = TypeVar("Value")
+Same = TypeVar("Same", bound="Fields")
 
 
 def unknown(kind: str, name: object, known: Iterable[str]) -> KeyError:
@@ -39,6 +41,38 @@ def alike(a: Any, b: Any) -> bool:
     if isinstance(a, (tuple, list)) and isinstance(b, (tuple, list)):
         return type(a) is type(b) and len(a) == len(b) and all(map(alike, a, b))
     return bool(a == b) or (a != a and b != b)
+
+
+class Fields:
+    """Base of frozen dataclasses with arrays: ``==`` compares the fields, and ``_replace`` copies
+    the object with other values, as for named tuples."""
+
+    __dataclass_fields__: ClassVar[Dict[str, Any]]
+
+    @property
+    def _fields(self) -> Tuple[str, ...]:
+        return tuple(field.name for field in dataclasses.fields(self) if field.init)
+
+    def _asdict(self) -> Dict[str, Any]:
+        return {name: getattr(self, name) for name in self._fields}
+
+    def _replace(self: Same, **changes: Any) -> Same:
+        """Returns a copy with other values of some fields."""
+        new: Same = dataclasses.replace(self, **changes)
+        # Copy the fields that the constructor does not take.
+        for field in dataclasses.fields(self):
+            if not field.init:
+                object.__setattr__(new, field.name, getattr(self, field.name))
+        return new
+
+    __replace__ = _replace
+
+    def __eq__(self, other: object) -> bool:
+        if type(other) is not type(self):
+            return NotImplemented
+        return alike(self._asdict(), other._asdict())
+
+    __hash__ = None  # type: ignore[assignment]
 
 
 def comparable(cls: Type[Tuple_]) -> Type[Tuple_]:

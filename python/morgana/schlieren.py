@@ -21,10 +21,11 @@ from numpy.typing import ArrayLike
 from ._checks import mapping, whole
 from ._errors import Error, FileError, RenderError, SceneError
 from ._images import Image, exposure, write
+from ._layer import Bools, Floats
 from ._morgana import Scene
 from ._numbers import numbers
 from ._render import render
-from ._result import Bools, Doubles, Floats, Result
+from ._result import Doubles, Result
 from ._scene import Define, load_dict, load_file
 from ._values import comparable
 

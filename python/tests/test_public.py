@@ -200,6 +200,7 @@ def samples():
         measured,
         aov.layers["exit_position"],
         measured.meters["fluence"],
+        2 * aov.layers["exit_position"],
         recorded,
         recorded.power(),
         recorded.jacobian(),
@@ -255,14 +256,3 @@ def test_arrays_decide_whether_values_are_equal():
     layer = morgana.Layer(*np.ones((3, 2, 2, 1)), ["Y"])
     assert layer == layer._replace(mean=np.ones((2, 2, 1))) and layer != layer._replace(mean=np.zeros((2, 2, 1)))
     assert layer._replace(mean=np.full((1, 1, 1), np.nan)) == layer._replace(mean=np.full((1, 1, 1), np.nan))
-
-
-@pytest.mark.parametrize(
-    "compute",
-    [lambda r: r * 2, lambda r: 2 * r, lambda r: r + r, lambda r: r + (1,), lambda r: np.ones(2) * r, lambda r: np.float64(2) * r, lambda r: np.ones(2) + r],
-)
-def test_arithmetic_of_readings_is_refused(compute):
-    """Plain tuples would be repeated or joined: a reading times two would have twelve fields."""
-    reading = morgana.Reading(np.ones(2), np.ones(2), {"x": np.arange(3.0)}, "W")
-    with pytest.raises(TypeError, match=r"compute with its fields \(mean, error, .*such as \.mean"):
-        compute(reading)

@@ -10,10 +10,11 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import StepPatch
 
 from .._images import Image
-from .._result import Reading, Result
+from .._estimate import Estimate
+from .._result import Result
 from ._labels import along as label_along
 from ._labels import axes, quantity
-from ._table import Channel, Doubles, Source, Table, binned, table
+from ._table import Channel, Doubles, PlotError, Source, Table, binned, is_reading, table
 
 
 def profile(
@@ -35,8 +36,9 @@ def profile(
 
     Parameters
     ----------
-    source : Result, Image, Reading or array_like
-        A picture, with the axes ``row`` and ``column``, or a ``Reading`` with its own axes.
+    source : Result, Image, Reading, Estimate or array_like
+        A picture, with the axes ``row`` and ``column``, or a ``Reading`` or ``Estimate`` with its
+        own axes.
     along : str
         Axis of the line.
     layer : str, optional
@@ -81,7 +83,7 @@ def profile(
 
 
 def histogram(
-    source: Union[Result, Image, Reading],
+    source: Union[Result, Image, Estimate],
     along: Optional[str] = None,
     *,
     channel: Channel = None,
@@ -99,9 +101,9 @@ def histogram(
 
     Parameters
     ----------
-    source : Result, Image or Reading
-        A picture whose film has a ``decomposition``, or a ``Reading`` whose values are sums over
-        bins.
+    source : Result, Image, Reading or Estimate
+        A picture whose film has a ``decomposition``, or a ``Reading`` or ``Estimate`` whose values
+        are sums over bins.
     along : str, optional
         The axis. A picture has one, ``length`` or ``time``; for a reading, the default is ``opl``.
     channel : str or int, optional
@@ -132,8 +134,10 @@ def histogram(
     >>> plot.histogram(result, row=20, column=30)
     >>> plot.histogram(result.meters["binned_power"], side=0)
     """
-    if isinstance(source, Reading):
+    if is_reading(source):
         along, of = along or "opl", table(source, "", channel)
+    elif not isinstance(source, (Result, Image)):
+        raise PlotError(f"expected a picture with layers or a reading, found {type(source).__name__}")
     else:
         of = binned(source, channel)
         along = along or next(iter(of.axes))

@@ -11,11 +11,11 @@ from matplotlib.colors import LogNorm, Normalize, TwoSlopeNorm
 from matplotlib.image import AxesImage
 
 from .._checks import optional_finite
+from .._estimate import Estimate
 from .._images import exposure as default_exposure
 from .._morgana import Field
-from .._result import Reading
 from ._labels import along, axes, colour_bar, colours, quantity
-from ._table import Channel, Doubles, PlotError, Source, Table, channels_of, table
+from ._table import Channel, Doubles, PlotError, Source, Table, channels_of, is_reading, table
 
 Where = Union[float, Tuple[float, float]]
 Limits = Optional[Tuple[float, float]]
@@ -51,8 +51,8 @@ def image(
 
     Parameters
     ----------
-    picture : Result, Image, Reading or array_like
-        A ``Result``, an ``Image``, or an array of shape (height, width) or (height, width,
+    picture : Result, Image, Layer, Estimate or array_like
+        A ``Result``, an ``Image``, a ``Layer``, an ``Estimate`` computed from them, or an array of shape (height, width) or (height, width,
         channels).
     layer : str, optional
         Name of a layer of light, or of a file; by default the main layer.
@@ -112,7 +112,7 @@ def image(
 
 
 def slice(
-    reading: Reading,
+    reading: Estimate,
     plane: str,
     *,
     channel: Channel = None,
@@ -128,8 +128,8 @@ def slice(
 
     Parameters
     ----------
-    reading : Reading
-        Reading of ``Result.meters``.
+    reading : Reading or Estimate
+        Reading of ``Result.meters``, or an estimate computed from it.
     plane : str
         Axes to the right and upwards, such as ``"xz"`` or ``"zr"``.
     channel : int, optional
@@ -271,7 +271,7 @@ def _title(name: str, of_unit: str, unit: Optional[str], show: str) -> str:
 
 def _light(picture: Source, layer: str) -> Optional[Doubles]:
     """Returns the light of a picture with the channels R, G and B; ``None`` for other values."""
-    if isinstance(picture, Reading) or layer.split(".")[-1] in ("few", "samples") or layer.startswith("variance"):
+    if is_reading(picture) or layer.split(".")[-1] in ("few", "samples") or layer.startswith("variance"):
         return None
     values, names = channels_of(picture, layer)
     if not {"R", "G", "B"} <= set(names):

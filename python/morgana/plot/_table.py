@@ -12,27 +12,19 @@ from .._bins import bins_of
 from .._errors import Error
 from .._images import Image, _names
 from .._numbers import numbers
-from .._result import Layer, Reading, Result, undelayed
+from .._estimate import Data, Estimate
+from .._layer import UNITS, Layer, undelayed
+from .._reading import Reading
+from .._result import Result
 
 Doubles = NDArray[np.float64]
 Bools = NDArray[np.bool_]
-Source = Union[Result, Image, Reading, ArrayLike]
-"""A picture (``Result``, ``Image`` or an array of shape (height, width) or (height, width,
-channels)), or a ``Reading`` of a meter."""
+Source = Union[Result, Image, Reading, Estimate, Layer, ArrayLike]
+"""A picture (``Result``, ``Image``, ``Layer`` or an array of shape (height, width) or (height,
+width, channels)), a ``Reading`` of a meter, or an ``Estimate`` computed from any of them."""
+PICTURE = ("row", "column", "channel")
+"""Axes of a picture."""
 Channel = Union[str, int, None]
-
-
-UNITS = {
-    "arc_length": "unit",
-    "deflection": "rad",
-    "depth": "unit",
-    "displacement": "pixels",
-    "exit_position": "unit",
-    "optical_length": "unit",
-    "optical_path_difference": "unit",
-    "position": "unit",
-}
-"""Units of quantities of rays, by the name that the integrator ``aov`` gives their layers."""
 
 
 class PlotError(Error, ValueError):
@@ -106,22 +98,42 @@ class Table(NamedTuple):
 def table(source: Source, layer: str = "", channel: Channel = None) -> Table:
     """Returns a picture over ``row`` and ``column``, or a reading over its own axes. Without a
     channel, takes the mean over channels."""
-    if isinstance(source, Reading):
+    if isinstance(source, Data) and is_reading(source):
         if layer:
             raise PlotError("readings of meters have no layers")
-        error = source.error if np.isfinite(source.error).all() else None
-        names = [str(i) for i in range(source.mean.shape[-1])] if "channel" in source.axes else None
-        axes = {a: edges for a, edges in source.axes.items() if a != "channel"}
-        return _flat(Table(source.mean, error, axes, "", source.unit, source.few), names, channel)
+        return _of_reading(source._estimate(), channel)
     if isinstance(source, (str, os.PathLike)):
         raise PlotError(f"a file is not a picture: give morgana.read({os.fspath(source)!r})")
     mean, variance, few, names = _layer(source, layer)
     # Omit errors from single samples, whose variance is infinite.
     error = np.sqrt(variance) if variance is not None and np.isfinite(variance).all() else None
-    axes = {"row": np.arange(mean.shape[0] + 1) - 0.5, "column": np.arange(mean.shape[1] + 1) - 0.5}
+    axes: Dict[str, Optional[Doubles]] = {"row": _pixels(mean.shape[0]), "column": _pixels(mean.shape[1])}
     is_light = channel is None or channel in ("R", "G", "B", "Y") or str(channel).endswith("nm")
     name = layer or ("radiance" if is_light else str(channel))
     return _flat(Table(mean, error, axes, name, UNITS.get(layer, ""), few), names, channel)
+
+
+def is_reading(source: Any) -> bool:
+    """Returns true for readings, and other estimates that are no pictures."""
+    return isinstance(source, Data) and not isinstance(source, (Result, Image)) and tuple(source._estimate().axes) != PICTURE
+
+
+def _of_reading(reading: Estimate, channel: Channel) -> Table:
+    """Returns a reading over its own axes, without the axis of channels."""
+    error = reading.error if np.isfinite(reading.error).all() else None
+    names = None
+    if "channel" in reading.axes:
+        names = reading.names.get("channel", [str(i) for i in range(reading.mean.shape[-1])])
+        if isinstance(channel, int):
+            channel = names[channel] if 0 <= channel < len(names) else str(channel)
+    sizes = dict(zip(reading.axes, reading.mean.shape))
+    axes = {axis: _pixels(sizes[axis]) if axis in PICTURE else edges for axis, edges in reading.axes.items() if axis != "channel"}
+    return _flat(Table(reading.mean, error, axes, "", reading.unit, reading.few), names, channel)
+
+
+def _pixels(count: int) -> Doubles:
+    """Returns the edges of pixels, whose centres have whole numbers."""
+    return np.arange(count + 1, dtype=float) - 0.5
 
 
 def channels_of(picture: Source, layer: str) -> Tuple[Doubles, List[str]]:
@@ -163,8 +175,8 @@ def _layer(picture: Any, layer: str) -> Tuple[Doubles, Optional[Doubles], Option
         if layer and layer not in picture.layers:
             raise _unknown(layer, picture.layers)
         whole = Layer(picture.image, picture.variance, picture.few, picture.channels)
-        mean, variance, few, channels = picture.layers[layer] if layer else whole
-        return mean.astype(float), variance.astype(float), few, channels
+        of = picture.layers[layer] if layer else whole
+        return of.mean.astype(float), of.variance.astype(float), of.few, of.channels
     if isinstance(picture, Image):
         if layer not in picture.layers:
             raise _unknown(layer, picture.layers)
@@ -172,6 +184,11 @@ def _layer(picture: Any, layer: str) -> Tuple[Doubles, Optional[Doubles], Option
         squares, flags = (picture.layers.get(f"{name}.{of}" if of else name) for name, of in beside.items())
         known = None if squares is None else squares.astype(float)
         return picture.layers[layer].astype(float), known, None if flags is None else flags != 0, picture.channels[layer]
+    if isinstance(picture, Data) and not layer:
+        estimate = picture._estimate()
+        if tuple(estimate.axes) == PICTURE:
+            mean = estimate.mean.astype(float)
+            return mean, estimate.error.astype(float) ** 2, estimate.few, estimate.names.get("channel", _names(mean.shape[2]))
     values = numbers(picture, "the picture")
     values = values[:, :, None] if values.ndim == 2 else values
     if layer or values.ndim != 3:
