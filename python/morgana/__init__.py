@@ -9,6 +9,7 @@
 See docs/python.md.
 """
 
+from . import _preview as _preview
 from ._denoise import Denoised, denoise
 from ._derivatives import Derivative, derivatives, jacobian
 from ._errors import Diagnostic, Error, FileError, RenderError, SceneError, SceneWarning

@@ -84,7 +84,7 @@ class Data:
         return self._estimate().mean.dtype
 
     @property
-    def coords(self) -> Dict[str, NDArray[Any]]:
+    def coordinates(self) -> Dict[str, NDArray[Any]]:
         """Coordinates by axis: centres of bins, names of channels, or numbers of items."""
         return {axis.name: axis.coordinates for axis in self._estimate()._axes()}
 

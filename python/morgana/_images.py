@@ -72,7 +72,7 @@ class Image(Data, Fields):
 
     def _repr_html_(self) -> str:
         main = "" if "" in self.layers else next(iter(self.layers))
-        return thumbnail(self.layers[main], self.channels[main]) + caption(repr(self))
+        return thumbnail(self.layers[main], self.channels[main]) + caption(repr(self).strip("<>"))
 
 
 @comparable

@@ -70,7 +70,7 @@ class Layer(Data, Fields):
         return f"<morgana.Layer of {width} × {height}, channels {', '.join(self.channels)}, mean {self.mean.mean(dtype=float):.5g}>"
 
     def _repr_html_(self) -> str:
-        return thumbnail(self.mean, self.channels) + caption(repr(self))
+        return thumbnail(self.mean, self.channels) + caption(repr(self).strip("<>"))
 
 
 def picture(mean: Floats, error: Floats, few: Optional[Bools], channels: List[str], origin: Origin, unit: str = "") -> Estimate:

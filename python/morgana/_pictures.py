@@ -22,6 +22,9 @@ Doubles = NDArray[np.float64]
 SIDE = 320
 """Longest side of a picture, in pixels."""
 
+SMALL = 96
+"""Side below which pixels are enlarged, in pixels of the screen."""
+
 HEIGHT = 160
 """Height of a curve, in pixels."""
 
@@ -32,33 +35,35 @@ COLOURS = np.array([[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [
 """Colours of a map, from the smallest value to the largest: every fourth of Matplotlib's
 ``viridis``."""
 
-MAX_CURVES = 200
+MAX_LINES = 200
 """Maximum number of rays in a picture."""
 
 
 def caption(text: str) -> str:
-    """Returns a line of text below a picture, without the brackets of a representation."""
-    return f"<p>{html.escape(text.strip('<>'))}</p>"
+    """Returns a line of text below a picture."""
+    return f"<p>{html.escape(text)}</p>"
 
 
 def thumbnail(image: NDArray[Any], channels: List[str]) -> str:
     """Returns a small picture of light."""
     small = _shrunk(image)
     png = _morgana.encode_png([("", channels, small)])
-    return _image(png, small.shape[1], small.shape[0])
+    n = max(1, SMALL // max(small.shape))
+    return _image(png, small.shape[1] * n, small.shape[0] * n)
 
 
 def html_of(estimate: "Estimate", text: Optional[str] = None) -> str:
-    """Returns a picture of an estimate with a caption: a map over its last two long axes, averaged
+    """Returns a picture of an estimate with a caption: a map over its two longest axes, averaged
     over the others, or a curve over its only long axis, or the values themselves."""
-    text = repr(estimate) if text is None else text
+    text = (repr(estimate) if text is None else text).strip("<>")
     axes = estimate._axes()
     long = [i for i, axis in enumerate(axes) if axis.size > 2 and axis.names is None]
     if not estimate.size or not np.isrealobj(estimate.mean):
         return caption(text)
     if not long:
         return _values(estimate) + caption(text)
-    shown = long[-2:]
+    # Prefer the plane of z and x among axes of equal length.
+    shown = sorted(sorted(long, key=lambda i: (-axes[i].size, axes[i].name in ("y", "opl")))[:2])
     others = tuple(i for i in range(len(axes)) if i not in shown)
     mean = np.asarray(estimate.mean, float).mean(axis=others)
     averaged = [axes[i].name for i in others if axes[i].size > 1]
@@ -132,7 +137,7 @@ def polylines(lines: Sequence[Doubles]) -> Tuple[str, str]:
     low, most = points.min(axis=0), float(extent[right]) or 1.0
     height = int(np.clip(SIDE * extent[up] / most, 40, SIDE))
     parts = []
-    for line in lines[:: -(-len(lines) // MAX_CURVES)]:
+    for line in lines:
         across = _scale(line[:, right], low[right], low[right] + most, SIDE)
         upwards = _scale(line[:, up], low[up], low[up] + (float(extent[up]) or 1.0), height)
         parts.append(f'<polyline points="{_points(across, height - upwards)}" fill="none" stroke="#3b528b" stroke-width="1"/>')

@@ -14,6 +14,7 @@ from . import _morgana
 from ._errors import RenderError
 from ._morgana import Field, Ray, Scene
 from ._numbers import numbers, vectors
+from ._pictures import MAX_LINES, caption, polylines
 from ._values import alike, comparable
 
 Doubles = NDArray[np.float64]
@@ -182,6 +183,13 @@ class Rays(RayEnds):
 
     def __repr__(self) -> str:
         return f"<morgana.Rays: {self._summary()}, {len(self.points)} points>"
+
+    def _repr_html_(self) -> str:
+        """Returns a picture of at most 200 rays, projected on the plane of their largest
+        extent."""
+        some = range(0, len(self), max(1, -(-len(self) // MAX_LINES)))
+        picture, plane = polylines([self[i].points for i in some if self.offsets[i] < self.offsets[i + 1]])
+        return picture + caption(repr(self).strip("<>") + (f": {plane}" if plane else ""))
 
 
 @comparable

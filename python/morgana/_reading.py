@@ -30,7 +30,7 @@ class Reading(Estimate):
     --------
     >>> fluence = measured.meters["fluence"]
     >>> millimetres = fluence.sel(x=0.0, y=0.0) / 100
-    >>> np.log(millimetres).error, millimetres.coords["z"]
+    >>> np.log(millimetres).error, millimetres.coordinates["z"]
     """
 
     @classmethod

@@ -425,7 +425,7 @@ class Records(Fields):
 
     def _repr_html_(self) -> str:
         power = self.weight.sum(axis=1) if len(self) else np.zeros(0)
-        return histogram(self.optical_length, power, f"power ({self.unit}) over the optical path length (scene units)") + caption(repr(self))
+        return histogram(self.optical_length, power, f"power ({self.unit}) over the optical path length (scene units)") + caption(repr(self).strip("<>"))
 
 
 def found_in(arrays: Mapping[str, Array], attributes: Mapping[str, Any]) -> Dict[str, Records]:

@@ -17,7 +17,7 @@ from ._errors import RenderError
 from ._estimate import Data, Estimate, Origin, run_with
 from ._layer import UNITS, Bools, Floats, Layer, picture, undelayed
 from ._morgana import Scene
-from ._pictures import caption, thumbnail
+from ._pictures import caption, html_of, thumbnail
 from ._reading import Reading, edges_of, names_in, reading_in, reading_of
 from ._records import Records, found_in
 from ._values import Named, alike, unknown
@@ -433,9 +433,13 @@ class Result(Data):
             mean += " (error not to be trusted)"
         return f"{self.scene.name}: {width} × {height} × {channels}, {self.stats['spp']} spp, {mean}{stopped}"
 
+    def _reading_html(self, name: str) -> str:
+        reading = self.reading(name)
+        return html_of(reading, f"{name}, {repr(reading).strip('<>')}")
+
     def _repr_html_(self) -> str:
         if isinstance(self._run, _morgana.Measured):
-            return "".join(self.reading(name)._repr_html_() for name in list(self.meters)[:SHOWN]) + caption(self._summary())
+            return "".join(self._reading_html(name) for name in list(self.meters)[:SHOWN]) + caption(self._summary())
         return thumbnail(self.image, self.channels) + caption(self._summary())
 
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ._checks import mapping
 from ._errors import RenderError
 from ._morgana import Scene
+from ._pictures import caption, curve, thumbnail
 from ._render import render
 from ._layer import Layer
 from ._result import Result
@@ -23,6 +24,9 @@ from ._xarray import coordinates_of, module, shared_dimensions
 
 Doubles = NDArray[np.float64]
 Source = Union[str, Dict[str, Any]]
+
+SHOWN = 6
+"""Maximum number of runs, and of values of a parameter, that a notebook shows."""
 
 
 @comparable
@@ -55,6 +59,24 @@ class Sweep(NamedTuple):
         varied = ", ".join(f"{len(values)} values of {name}" for name, values in self.parameters.items())
         return f"<morgana.Sweep over {varied}: {', '.join(self.mean)}>"
 
+    def _repr_html_(self) -> str:
+        """Returns pictures of the first runs, or a curve of the first reading over the first
+        parameter."""
+        name = next(iter(self.mean), "")
+        first = len(self.parameters)
+        varied = "; ".join(f"{key} = {', '.join(map(str, values[:SHOWN]))}{', …' * (len(values) > SHOWN)}" for key, values in self.parameters.items())
+        picture, text = "", repr(self).strip("<>")
+        if name and list(self.axes[name]) == ["row", "column", "channel"]:
+            runs = self.mean[name].reshape(-1, *self.mean[name].shape[first:])
+            picture = "".join(thumbnail(image.astype(np.float32), self.channels[name] or ["Y"] * image.shape[2]) for image in runs[:SHOWN])
+        elif name:
+            values = next(iter(self.parameters.values()))
+            others = tuple(range(1, self.mean[name].ndim))
+            x = values.astype(float) if values.ndim == 1 and values.dtype.kind in "iuf" else np.arange(len(values), dtype=float)
+            picture = curve(x, self.mean[name].mean(axis=others))
+            text += f": {name} {self.units.get(name, '')} over {next(iter(self.parameters))}, averaged over all other axes"
+        return picture + caption(text) + caption(varied)
+
     def to_xarray(self) -> Any:
         """Convert to an ``xarray.Dataset``.
 
@@ -62,8 +84,8 @@ class Sweep(NamedTuple):
         -------
         xarray.Dataset
             A variable for each quantity, and one with the suffix ``_error``; ``attrs["units"]`` is
-            the unit of a reading. The coordinates are the parameters, the centres of bins and the
-            names of channels. An axis has the name of its meter or quantity as prefix, as in
+            the unit of a reading. The coordinates are the parameters, the centres of bins with
+            their edges (``z_lower``, ``z_upper``), and the names of channels. An axis has the name of its meter or quantity as prefix, as in
             ``near.z``, if its bins or channels differ between quantities, or if a parameter has its
             name. A parameter with the name of a quantity becomes ``parameters.NAME``.
 

@@ -195,7 +195,7 @@ def test_bins_are_selected_by_coordinates():
         x.sel(y=1)
     falling = morgana.Estimate(MEAN[:, 0], ERROR[:, 0], {"z": EDGES["z"][::-1]})
     assert [float(falling.sel(z=z)) for z in (39.0, 15.0, 1.0)] == [1.0, 3.0, 5.0]
-    np.testing.assert_array_equal(x.coords["z"], [5, 15, 30])
+    np.testing.assert_array_equal(x.coordinates["z"], [5, 15, 30])
     sided = morgana.Reading(MEAN, ERROR, {"gate": None, "channel": None}, "W", names={"channel": ["500nm", "600nm"]})
     assert np.array_equal(sided.sel(channel="600nm").mean, MEAN[:, 1]) and float(sided.sel(gate=2, channel="500nm")) == 5
     with pytest.raises(KeyError, match="no channel 'R': there are '500nm', '600nm'"):

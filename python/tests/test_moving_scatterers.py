@@ -117,6 +117,8 @@ def test_flows_that_change_are_told_of():
     assert not straight.velocity_change.any()
     records = measured(velocity=vortex(50.0))
     assert records.velocity_change[-1] == pytest.approx(50, rel=0.02) and not records.velocity_change[:-1].any()
+    # Regions keep their rate in a selection of records.
+    assert np.array_equal(records[records.side == 0].velocity_change, records.velocity_change)
     light = {"wavelength": 785e-6, "index": INDEX}
     # At 1e-5 s the light is correlated and has changed little. At 1 s it has changed, but no
     # correlation is left.
