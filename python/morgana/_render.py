@@ -12,12 +12,13 @@ from ._limits import Limits
 from ._morgana import Scene
 from ._progress import Bar
 from ._result import Result
+from ._source import Description, loaded
 
 Progress = Union[bool, Callable[[float], object]]
 
 
 def render(
-    scene: Scene,
+    scene: Description,
     *,
     spp: Optional[int] = None,
     particles: Optional[int] = None,
@@ -38,8 +39,9 @@ def render(
 
     Parameters
     ----------
-    scene : Scene
-        The scene to render.
+    scene : Scene, path_like or mapping
+        The scene to render; a scene file, as for :func:`load_file`; a dictionary, as for
+        :func:`load_dict`; or a configuration of MCX, as for :func:`load_mcx`.
     spp : int, optional
         Samples per pixel, ≥ 1; by default the scene's number.
     particles : int, optional
@@ -76,16 +78,17 @@ def render(
     TypeError
         An argument of another type.
     SceneError
-        An unknown integrator, or one that the scene cannot use.
+        A scene that cannot be read or used. An unknown integrator, or one that the scene cannot
+        use.
     MemoryError
         The film or the meters do not fit into memory.
 
     Examples
     --------
-    >>> result = morgana.render(scene, spp=16, seed=1, progress=True)
+    >>> result = morgana.render("scenes/luneburg_fog.xml", spp=16, seed=1, progress=True)
     >>> result.image.shape, result.mean, result.mean_error
     """
-    checks.scene(scene)
+    scene = loaded(scene, {})
     wanted = limits(scene, spp, particles, seed, integrator, threads, time, target_error, target)
     with Bar(scene, wanted["samples"], time, progress) as tick:
         return Result(scene, _morgana.render(scene, wanted, integrator, tick))

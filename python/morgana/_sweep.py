@@ -17,13 +17,13 @@ from ._pictures import caption, curve, thumbnail
 from ._render import render
 from ._layer import Layer
 from ._result import Result
-from ._scene import Define, load_dict, load_file
 from ._selection import Axis
+from ._source import Description, loaded
 from ._values import alike, comparable
 from ._xarray import coordinates_of, module, shared_dimensions
 
 Doubles = NDArray[np.float64]
-Source = Union[str, Dict[str, Any]]
+Source = Union[str, Scene, Dict[str, Any]]
 
 SHOWN = 6
 """Maximum number of runs, and of values of a parameter, that a notebook shows."""
@@ -104,7 +104,9 @@ class Sweep(NamedTuple):
             attributes = {"units": self.units[name]} if name in self.units else {}
             variables[name] = (of, self.mean[name], attributes)
             variables[f"{name}_error"] = (of, self.error[name], attributes)
-        return xarray.Dataset(variables, {**parameters, **coordinates_of(axes)})
+        # Values that are arrays have no coordinates, only numbers.
+        plain = {name: values for name, values in parameters.items() if values.dtype != object}
+        return xarray.Dataset(variables, {**plain, **coordinates_of(axes)})
 
     def _axes(self, name: str) -> List[Axis]:
         """Returns the axes of a quantity after the axes of parameters."""
@@ -158,11 +160,11 @@ def _axes(name: str, layer: Layer, channels: List[str]) -> Dict[str, Optional[Do
 
 
 def sweep(
-    scene: Union[str, "os.PathLike[str]", Mapping[str, Any]],
-    parameters: Mapping[str, Sequence[Define]],
+    scene: Description,
+    parameters: Mapping[str, Sequence[Any]],
     *,
     executor: Any = None,
-    fixed: Optional[Mapping[str, Define]] = None,
+    fixed: Optional[Mapping[str, Any]] = None,
     **options: Any,
 ) -> Sweep:
     """Render a scene, or measure if it has meters, for all combinations of parameter values.
@@ -172,10 +174,14 @@ def sweep(
 
     Parameters
     ----------
-    scene : path_like or mapping
-        A scene file, or a dictionary as for :func:`morgana.load_dict`.
+    scene : Scene, path_like or mapping
+        A scene file; a dictionary, as for :func:`morgana.load_dict`; a loaded scene; or a
+        configuration of MCX, as for :func:`morgana.load_mcx`.
     parameters : mapping of str to sequence
-        Values, at least one, of each varied parameter (``<default>`` or ``"parameters"``).
+        Values, at least one, of each varied parameter. Parameters of a file or dictionary are its
+        ``<default>`` or ``"parameters"``. Parameters of a loaded scene have the names of
+        ``Scene.parameters()``, such as ``"fog.sigma_t"``. Parameters of a configuration of MCX are
+        its keys, such as ``"srcpos"``, or names of ``Scene.parameters()`` that contain a dot.
     executor : optional
         Executor with ``submit`` as in :mod:`concurrent.futures`, which distributes the runs.
         Without one, the runs take place here, in sequence.
@@ -213,25 +219,34 @@ def sweep(
     shape = tuple(len(list_) for list_ in values)
     if math.prod(shape) == 0 or not shape:
         raise RenderError("sweep needs a parameter with at least one value")
-    if isinstance(scene, Scene):
-        raise TypeError("a Scene has fixed parameters: give sweep a file or a dictionary")
-    source: Source = dict(scene) if isinstance(scene, Mapping) else os.path.abspath(scene)
+    source: Source = dict(scene) if isinstance(scene, Mapping) else scene if isinstance(scene, Scene) else os.path.abspath(scene)
     runs = [{**(fixed or {}), **dict(zip(names, point))} for point in itertools.product(*values)]
     points = _here(source, runs, options) if executor is None else _by_workers(executor, source, runs, options)
-    return _joined(points, shape, dict(zip(names, map(np.asarray, values))))
+    return _joined(points, shape, dict(zip(names, map(_row, values))))
 
 
-def _values(name: str, values: Any) -> List[Define]:
+def _row(values: List[Any]) -> NDArray[Any]:
+    """Returns values as an array of one axis; of objects, if the values are arrays."""
+    plain = all(isinstance(value, (str, int, float, np.bool_, np.number)) for value in values)
+    if plain:
+        return np.asarray(values)
+    row = np.empty(len(values), object)
+    for i, value in enumerate(values):
+        row[i] = value.tolist() if isinstance(value, np.ndarray) else value
+    return row
+
+
+def _values(name: str, values: Any) -> List[Any]:
     if isinstance(values, (str, bytes)) or not hasattr(values, "__iter__"):
         raise TypeError(f"the values of {name!r} are {values!r}: give a list of them")
     return list(values)
 
 
-def _here(source: Source, runs: List[Dict[str, Define]], options: Dict[str, Any]) -> List[_Point]:
+def _here(source: Source, runs: List[Dict[str, Any]], options: Dict[str, Any]) -> List[_Point]:
     return [_run(source, run, options) for run in runs]
 
 
-def _by_workers(executor: Any, source: Source, runs: List[Dict[str, Define]], options: Dict[str, Any]) -> List[_Point]:
+def _by_workers(executor: Any, source: Source, runs: List[Dict[str, Any]], options: Dict[str, Any]) -> List[_Point]:
     futures = [executor.submit(_run, source, run, options) for run in runs]
     try:
         return [future.result() for future in futures]
@@ -240,10 +255,9 @@ def _by_workers(executor: Any, source: Source, runs: List[Dict[str, Define]], op
             future.cancel()
 
 
-def _run(source: Source, parameters: Dict[str, Define], options: Dict[str, Any]) -> _Point:
+def _run(source: Source, parameters: Dict[str, Any], options: Dict[str, Any]) -> _Point:
     """Performs one run, on a worker."""
-    load: Any = load_dict if isinstance(source, dict) else load_file
-    result = render(load(source, **parameters), **options)
+    result = render(loaded(source, parameters), **options)
     if result.stopped == "interrupted":
         raise KeyboardInterrupt
     return _Point.of(result)

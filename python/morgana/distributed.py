@@ -32,7 +32,8 @@ from ._morgana import Scene
 from ._progress import Bar
 from ._render import Progress, limits
 from ._result import Result
-from ._scene import Define, load_dict, load_file
+from ._scene import Define
+from ._source import Description, loaded
 
 __all__ = ["render"]
 
@@ -42,8 +43,6 @@ SHARDS = 64
 MAX_TASK_BYTES = 1 << 20
 """Maximum number of bytes that are sent with every task. More bytes travel in a file, or are
 scattered once."""
-
-Description = Union[Scene, str, "os.PathLike[str]", Mapping[str, Any]]
 
 
 def render(
@@ -119,13 +118,13 @@ def render(
     """
     started = time.monotonic()
     source = _Source.of(scene, dict(parameters or {}))
-    loaded = source.load()
+    made = source.load()
     shards = checks.optional_whole(shards, "shards", 1)
     threads = checks.whole(threads, "threads", 0, checks.MAX_THREADS)
     retries = checks.whole(retries, "retries", 0)
     if not hasattr(executor, "submit"):
         raise TypeError(f"expected an executor with a method submit, found {type(executor).__name__}")
-    wanted = limits(loaded, spp, particles, seed, integrator, threads or None)
+    wanted = limits(made, spp, particles, seed, integrator, threads or None)
     total = wanted["samples"] or 0
     count = min(shards or SHARDS, total)
     parts = _morgana.Parts()
@@ -133,14 +132,14 @@ def render(
 
         def start(shard: int) -> "concurrent.futures.Future[bytes]":
             future: "concurrent.futures.Future[bytes]" = submit(
-                _part, loaded.hash, where, wanted, integrator, [shard, count]
+                _part, made.hash, where, wanted, integrator, [shard, count]
             )
             return future
 
-        with Bar(loaded, total, None, progress) as tick:
-            interrupted = _gather(parts, _Tasks(start, count, retries), tick, loaded)
-    run = parts.result(loaded, wanted, integrator, interrupted, time.monotonic() - started)
-    return Result(loaded, run)
+        with Bar(made, total, None, progress) as tick:
+            interrupted = _gather(parts, _Tasks(start, count, retries), tick, made)
+    run = parts.result(made, wanted, integrator, interrupted, time.monotonic() - started)
+    return Result(made, run)
 
 
 class _Source(NamedTuple):
@@ -161,11 +160,7 @@ class _Source(NamedTuple):
         return cls(os.path.abspath(scene), parameters)
 
     def load(self) -> Scene:
-        if isinstance(self.scene, Scene):
-            return self.scene
-        if isinstance(self.scene, dict):
-            return load_dict(self.scene, **self.parameters)
-        return load_file(self.scene, **self.parameters)
+        return loaded(self.scene, self.parameters)
 
 
 class _Tasks:

@@ -90,8 +90,8 @@ CASES = [
     (lambda s, f, r, m: f.bounds([1, 1, 1], [0, 0, 0]), ValueError, "from 1 to 0 in x"),
     (lambda s, f, r, m: f.bounds([np.nan, 0, 0], [0, 0, 0]), ValueError, "NaN"),
     # Renders.
-    (lambda s, f, r, m: morgana.render("scene.xml"), TypeError, "expected a Scene, found str: make one by morgana.load_file"),
-    (lambda s, f, r, m: morgana.render(small()), TypeError, "found dict: make one by morgana.load_dict"),
+    (lambda s, f, r, m: morgana.render("nope.xml"), morgana.SceneError, "nope.xml: cannot read"),
+    (lambda s, f, r, m: morgana.render(f), TypeError, "expected a Scene, the path of a scene file or a dictionary, found Field"),
     (lambda s, f, r, m: morgana.render(s, spp=1.5), TypeError, "spp is 1.5 but must be a whole number"),
     (lambda s, f, r, m: morgana.render(s, spp=2**70), morgana.RenderError, "spp is .* but must be at most"),
     (lambda s, f, r, m: morgana.render(s, time="1s"), TypeError, "time is '1s'"),
@@ -124,7 +124,7 @@ CASES = [
     # Many runs.
     (lambda s, f, r, m: morgana.sweep(LENS, {"width": "12"}), TypeError, "values of 'width' are '12': give a list"),
     (lambda s, f, r, m: morgana.sweep(LENS, {"width": [12]}, fixed={"width": 3}), morgana.RenderError, "both varied and fixed"),
-    (lambda s, f, r, m: morgana.sweep(s, {"width": [12]}), TypeError, "give sweep a file or a dictionary"),
+    (lambda s, f, r, m: morgana.sweep(s, {"width": [12]}), KeyError, "no parameter 'width': similar names are 'sensor.film.width'"),
     (lambda s, f, r, m: morgana.distributed.render(s, None), TypeError, "an executor with a method submit"),
     (lambda s, f, r, m: morgana.distributed.render(s, here(), shards=0), morgana.RenderError, "shards is 0"),
     (lambda s, f, r, m: morgana.distributed.render(s, here(), retries=-1), morgana.RenderError, "retries is -1"),

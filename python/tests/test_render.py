@@ -2,6 +2,7 @@
 
 import json
 import time
+import warnings
 
 import morgana
 import numpy as np
@@ -166,3 +167,12 @@ def test_quantities_beside_light_have_layers(program, tmp_path):
     assert np.isinf(result.layers["m2_img"].variance).all() and "R" in result.layers["m2_img"].channels
     assert result.stats["quantities"]["rays"] == 6 * 12 * 8
     assert "mean" in repr(result)
+
+
+def test_files_and_dictionaries_are_scenes(tmp_path):
+    (tmp_path / "scene.json").write_text(json.dumps(small()))
+    expected = morgana.render(load(small()), spp=2)
+    for scene in (small(), tmp_path / "scene.json", str(tmp_path / "scene.json")):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", morgana.SceneWarning)
+            assert np.array_equal(morgana.render(scene, spp=2).image, expected.image)

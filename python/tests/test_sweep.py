@@ -135,6 +135,31 @@ def test_bins_that_move_between_runs_have_no_edges():
     assert "deep.x" not in table.coords and "near.x" in table.coords
 
 
+def test_loaded_scenes_vary_by_names_of_their_parameters():
+    described = small()
+    described["ball"]["interior"]["id"] = "fog"
+    loaded = morgana.load_dict(described)
+    found = morgana.sweep(loaded, {"fog.sigma_t": [0.25, 1.0], "sky.radiance": [[1, 0.5, 0.25]]}, spp=2, seed=3)
+    described["ball"]["interior"]["sigma_t"] = 1.0
+    described["sky"]["radiance"] = {"type": "rgb", "value": [1, 0.5, 0.25]}
+    assert np.array_equal(found.mean["image"][1, 0], morgana.render(described, spp=2, seed=3).image)
+    table = found.to_xarray()
+    assert list(table["fog.sigma_t"].values) == [0.25, 1.0] and "sky.radiance" not in table.coords
+
+
+def test_configurations_of_mcx_vary_by_their_keys():
+    cfg = {"vol": np.ones((4, 4, 4), "uint8"), "prop": [[0, 0, 1, 1], [0.05, 1, 0.01, 1.37]], "srcpos": [2, 2, 0], "srcdir": [0, 0, 1], "issrcfrom0": 1}
+    found = morgana.sweep(cfg, {"srcpos": [[2, 2, 0], np.array([1, 1, 0])], "source.power": [1.0, 2.0]}, particles=200)
+    assert found.mean["fluence"].shape == (2, 2, 4, 4, 4) and list(found.parameters["srcpos"]) == [[2, 2, 0], [1, 1, 0]]
+    one = morgana.render({**cfg, "srcpos": [1, 1, 0]}, particles=200)
+    assert np.array_equal(found.mean["fluence"][1, 0], one.meters["fluence"].mean)
+    # The fluence per joule does not depend on the power of the source.
+    np.testing.assert_allclose(found.mean["fluence"][1, 1], found.mean["fluence"][1, 0], rtol=1e-12)
+    with concurrent.futures.ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
+        again = morgana.sweep(cfg, {"srcpos": [[2, 2, 0], np.array([1, 1, 0])]}, executor=pool, particles=200)
+    assert np.array_equal(again.mean["fluence"], found.mean["fluence"][:, 0])
+
+
 def test_an_interrupt_ends_all(monkeypatch):
     class Interrupted:
         stopped = "interrupted"
