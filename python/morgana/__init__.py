@@ -9,6 +9,10 @@
 See docs/python.md.
 """
 
+import importlib
+import importlib.util
+from typing import TYPE_CHECKING, Any, Dict, List, Optional
+
 from . import _preview as _preview
 from ._denoise import Denoised, denoise
 from ._derivatives import Derivative, derivatives, jacobian
@@ -76,3 +80,39 @@ __all__ = [
     "view",
     "write",
 ]
+
+_MODULES: Dict[str, Optional[str]] = {
+    "coherence": None,
+    "correlation": None,
+    "distributed": None,
+    "flow": None,
+    "grad": None,
+    "plot": "matplotlib",
+    "reconstruct": None,
+    "schlieren": None,
+    "speckle": None,
+}
+"""Modules that are imported on first access, such as ``morgana.grad``, each with the package that
+its import needs."""
+
+if TYPE_CHECKING:
+    from . import coherence as coherence
+    from . import correlation as correlation
+    from . import distributed as distributed
+    from . import flow as flow
+    from . import grad as grad
+    from . import plot as plot
+    from . import reconstruct as reconstruct
+    from . import schlieren as schlieren
+    from . import speckle as speckle
+else:
+
+    def __getattr__(name: str) -> Any:
+        if name in _MODULES:
+            return importlib.import_module(f".{name}", __name__)
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> List[str]:
+    modules = [name for name, needed in _MODULES.items() if needed is None or importlib.util.find_spec(needed)]
+    return sorted({*globals(), *modules})

@@ -6,6 +6,8 @@ import doctest
 import inspect
 import pickle
 import re
+import subprocess
+import sys
 import textwrap
 
 import morgana
@@ -256,3 +258,16 @@ def test_arrays_decide_whether_values_are_equal():
     layer = morgana.Layer(*np.ones((3, 2, 2, 1)), ["Y"])
     assert layer == layer._replace(mean=np.ones((2, 2, 1))) and layer != layer._replace(mean=np.zeros((2, 2, 1)))
     assert layer._replace(mean=np.full((1, 1, 1), np.nan)) == layer._replace(mean=np.full((1, 1, 1), np.nan))
+
+
+def test_modules_are_attributes_without_an_import():
+    """A new process, in which no module has been imported."""
+    code = """
+import sys, morgana
+assert not any(name in sys.modules for name in ("morgana.grad", "morgana.plot", "matplotlib"))
+assert {"grad", "plot", "reconstruct", "correlation", "distributed", "render"} <= set(dir(morgana))
+assert callable(morgana.grad.parameters) and callable(morgana.plot.image) and callable(morgana.reconstruct.fit)
+assert not hasattr(morgana, "gard")
+"""
+    done = subprocess.run([sys.executable, "-W", "error", "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
