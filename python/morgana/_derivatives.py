@@ -17,6 +17,7 @@ from ._limits import By
 from ._morgana import Scene
 from ._numbers import numbers
 from ._progress import Bar
+from ._regions import by_medium, row_of, unique
 from ._render import Progress, limits, render
 from ._result import Result
 from ._values import Fields
@@ -101,6 +102,9 @@ def derivatives(
       beam or fibre; the voxels of a volume; the ``radiance`` of an emitting medium.
     * ``exposure``: a factor, 1, on all measured values.
 
+    A label has the name of its region in records: ``head: label 2.sigma_a``. ``head: labels 1,
+    2.sigma_a`` has a row for each label of a medium of several labels, which share an index.
+
     ``MEDIUM.ior`` is the refractive index of a medium, which may scatter: all samples of n of a
     grid, or all parameters of another field in a row. ``MEDIUM.ior.delta`` is one of its
     parameters, with its name in ``morgana.grad.parameters``. These derivatives use separate paths.
@@ -162,7 +166,8 @@ def derivatives(
     >>> found["ball.sigma_t"].value, found["ball.sigma_t"].error
     """
     checks.scene(scene)
-    names = _names(parameters)
+    requested = by_medium(scene, _names(parameters))
+    names = unique(requested.values())
     wanted = limits(scene, spp, particles, seed, integrator, threads)
     indices = [name for name in names if f"{name}.".find(".ior.") > 0]
     others = [name for name in names if name not in indices]
@@ -191,7 +196,8 @@ def derivatives(
     if others:
         with Bar(scene, wanted["samples"], None, progress) as tick:
             found.update(zip(others, _morgana.differentiate(scene, wanted, by, flat, layered, tick)))
-    return {name: Derivative(*found[name])._with(seed) for name in names}
+    rows = {name: [row_of(values, of, name, 0) for values in found[parameter]] for name, (parameter, of) in requested.items()}
+    return {name: Derivative(*row)._with(seed) for name, row in rows.items()}
 
 
 def jacobian(
@@ -254,14 +260,20 @@ def jacobian(
     (2, 20, 8, 16, 32, 32, 1)
     """
     checks.scene(scene)
-    names = _names(parameters)
+    requested = by_medium(scene, _names(parameters))
+    names = unique(requested.values())
     wanted = limits(scene, None, particles, seed, None, threads)
     readings = [name for name, _ in scene._readings]
+    shapes = dict(scene._readings)
     _known([reading], readings, NO_READING, "the scene has no meters")
     by: By = {"parameters": names, "integrator": None}
     with Bar(scene, wanted["samples"], None, progress) as tick:
         found = _morgana.jacobian(scene, wanted, by, readings.index(reading), tick)
-    return {name: Derivative(value, error)._with(seed) for name, (value, error) in zip(names, found)}
+    known = dict(zip(names, found))
+    # The axes of the reading come first, except channels, which come last.
+    axis = len(shapes[reading]) - (len(scene.channels) > 1)
+    rows = {name: [row_of(values, of, name, axis) for values in known[parameter]] for name, (parameter, of) in requested.items()}
+    return {name: Derivative(*row)._with(seed) for name, row in rows.items()}
 
 
 def _names(parameters: Iterable[str]) -> List[str]:

@@ -273,8 +273,23 @@ def test_media_of_labels_are_named_after_them():
     del scene["ball"]
     scene["head"] = {"type": "labels", "data": labels, "properties": [[0, 0, 1, 1], [0.1, 1, 0, 1], [0.2, 1, 0, 1], [0.1, 1, 0, 1.3]]}
     weights = {"fluence": np.ones((2, 3, 4))}
-    found = morgana.derivatives(load(scene), ["head: labels 1, 2.sigma_a", "head: label 3.sigma_a"], weights, particles=100)
+    found = morgana.derivatives(load(scene), ["head: labels 1, 2.sigma_a", "head: label 3.sigma_a"], weights, particles=5000)
     assert [one.value.shape for one in found.values()] == [(2, 1), (1,)]
+    # A label has the name of its region in records, also if it shares an index with others.
+    alone = [f"head: label {label}.sigma_a" for label in (2, 1, 3)]
+    each = morgana.derivatives(load(scene), alone, weights, particles=5000)
+    assert list(each) == alone
+    both, third = found.values()
+    for name, value, error in [(alone[0], both.value[1], both.error[1]), (alone[1], both.value[0], both.error[0]), (alone[2], third.value, third.error)]:
+        assert np.array_equal(each[name].value, value) and np.array_equal(each[name].error, error)
+    assert not np.array_equal(both.value[0], both.value[1])
+    for film, channels in [("luminance", 1), ("rgb", 3)]:
+        scene["sensor"]["film"] = {"type": "hdrfilm", "pixel_format": film}
+        rows = morgana.jacobian(load(scene), ["head: labels 1, 2.sigma_a", *alone], "fluence", particles=5000)
+        both = rows["head: labels 1, 2.sigma_a"]
+        assert both.value.shape == (2, 3, 4, 2, channels)
+        assert np.array_equal(rows[alone[0]].value, both.value[..., 1, :]) and np.array_equal(rows[alone[1]].error, both.error[..., 0, :])
+        assert rows[alone[2]].value.shape == (2, 3, 4, channels)
 
 
 def test_ctrl_c_in_the_render_of_weights_ends_all(monkeypatch):
