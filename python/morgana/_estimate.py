@@ -208,7 +208,7 @@ class Data:
     def __iter__(self) -> Iterator["Estimate"]:
         return (self[i] for i in range(len(self)))
 
-    def __getitem__(self, index: Any) -> "Estimate":
+    def __getitem__(self, index: Any) -> Any:
         return self._estimate()[index]
 
     def __bool__(self) -> bool:
@@ -289,16 +289,19 @@ class Estimate(Data, Fields):
         effective, few = (None if of is None else np.asarray(of[index]) for of in (self.effective, self.few))
         return self._over(axes, self.mean[index], self.error[index], effective, few)  # type: ignore[no-any-return]
 
-    def __getitem__(self, index: Any) -> "Estimate":
+    def __getitem__(self, index: Any) -> Any:
         """Returns bins by position: ``estimate[3]``, ``estimate[..., 0]``, ``estimate[2:5]``, or
-        the bins of a mask of the shape of the means, in a row."""
+        the bins of a mask of the shape of the means, in a row. An index with ``np.newaxis``, which
+        Matplotlib uses, gives a plain array of the means."""
+        if any(each is None for each in (index if isinstance(index, tuple) else (index,))):
+            return self.mean[index]
         mask = np.asarray(index) if isinstance(index, (np.ndarray, Data)) else None
         if mask is None or mask.dtype != bool:
             return self._at(positions(self._axes(), index))
         if mask.shape != self.shape:
             raise IndexError(f"the mask has the shape {mask.shape} but must have the shape of the means, {self.shape}")
         effective, few = (None if of is None else of[mask] for of in (self.effective, self.few))
-        return self._over([Axis("bin", int(mask.sum()))], self.mean[mask], self.error[mask], effective, few)  # type: ignore[no-any-return]
+        return self._over([Axis("bin", int(mask.sum()))], self.mean[mask], self.error[mask], effective, few)
 
     def sum(self, *axes: str) -> "Estimate":
         """Sum over axes, with an upper bound of its standard error.

@@ -177,6 +177,15 @@ def test_bins_are_selected_by_position():
         x.isel(y=0)
 
 
+def test_matplotlib_draws_the_means():
+    from matplotlib import pyplot
+
+    _, ax = pyplot.subplots()
+    (line,) = ax.plot(reading()[:, 0])
+    assert np.array_equal(line.get_ydata(), MEAN[:, 0]) and np.array_equal(ax.imshow(reading()).get_array(), MEAN)
+    pyplot.close()
+
+
 def test_bins_are_selected_by_coordinates():
     x = reading()
     # A bin contains its lower edge; the last contains both.
@@ -238,6 +247,11 @@ def test_powers_and_derivatives_compute_with_their_errors():
     loaded = load(small())
     found = morgana.derivatives(loaded, ["sky.emission"], np.ones((8, 12, 3)), spp=2)["sky.emission"]
     assert np.array_equal((3 * found).mean, 3 * found.value) and np.array_equal(np.asarray(found), found.value)
+    # Derivatives and renders of one seed have independent random numbers; two derivatives do not.
+    pixel = morgana.render(loaded, spp=2)[0, 0, 0]
+    np.testing.assert_allclose((found[0] - pixel).error, np.hypot(found[0].error, pixel.error))
+    with pytest.raises(ValueError, match="the run of derivatives with the seed 0"):
+        found + found
 
 
 def test_records_are_tables():

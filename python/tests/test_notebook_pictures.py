@@ -60,6 +60,10 @@ def test_results_show_pictures_with_their_units():
     html(measured.meters["skin.power"], "±", "W")
     html(measured.records["skin"], "<svg", "power (W)", "passages")
     html(measured.records["skin"].power(), "Power", "±")
+    # Of axes of equal length, z and x are shown.
+    cube = morgana.Reading(np.ones((4, 3, 3, 3)), np.zeros((4, 3, 3, 3)), dict.fromkeys(["opl", "z", "y", "x"]), "J")
+    html(cube._replace(mean=np.ones((3, 3, 3, 3))), "z down, x to the right, averaged over opl, y")
+    html(cube, "opl down, z to the right")
     # Values that are not finite are grey.
     hole = morgana.Estimate(np.array([[1.0, 2.0, 3.0], [4.0, np.nan, 6.0], [7.0, 8.0, 9.0]]), np.zeros((3, 3)), {"y": None, "x": None})
     assert np.allclose(pixels(html(hole))[1, 1, :3], 217 / 255) and np.allclose(pixels(html(hole))[2, 2, :3], np.array([253, 231, 37]) / 255)
