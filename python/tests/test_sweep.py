@@ -154,7 +154,7 @@ def test_configurations_of_mcx_vary_by_their_keys():
     one = morgana.render({**cfg, "srcpos": [1, 1, 0]}, particles=200)
     assert np.array_equal(found.mean["fluence"][1, 0], one.meters["fluence"].mean)
     # The fluence per joule does not depend on the power of the source.
-    np.testing.assert_allclose(found.mean["fluence"][1, 1], found.mean["fluence"][1, 0], rtol=1e-12)
+    np.testing.assert_allclose(found.mean["fluence"][1, 1], found.mean["fluence"][1, 0], rtol=1e-8)
     with concurrent.futures.ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
         again = morgana.sweep(cfg, {"srcpos": [[2, 2, 0], np.array([1, 1, 0])]}, executor=pool, particles=200)
     assert np.array_equal(again.mean["fluence"], found.mean["fluence"][:, 0])
