@@ -23,11 +23,12 @@ from ._layer import Layer
 from ._mcx import load_mcx
 from ._morgana import Field, Ray, Scene, __version__
 from ._parameters import Parameters
+from ._power import Jacobian, Power
 from ._pulse import Pulse
 from ._rays import Connections, Polyline, RayEnds, Rays, connect, trace
-from ._records import Jacobian, Power, Records
-from ._render import render
 from ._reading import Reading
+from ._records import Records
+from ._render import render
 from ._result import Result
 from ._scene import export, load_dict, load_field, load_file
 from ._sweep import Sweep, sweep

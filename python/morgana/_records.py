@@ -11,9 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from ._archives import Array, opened
 from ._errors import FileError
-from ._estimate import Data, Estimate, Origin, own_origin, run_with
+from ._estimate import Origin, own_origin, run_with
 from ._numbers import chosen, numbers
-from ._pictures import caption, histogram, html_of
+from ._pictures import caption, histogram
+from ._power import Jacobian, Power
 from ._pulse import Pulse
 from ._values import Fields
 from ._xarray import record_set
@@ -24,89 +25,6 @@ Phasors = NDArray[np.complex128]
 
 WHOLE = ("regions", "mu_a", "particles", "unit", "velocity_change")
 """Fields that all records share."""
-
-
-@dataclasses.dataclass(frozen=True, eq=False, repr=False)
-class Power(Data, Fields):
-    """Power of recorded light by channel, or energy by gate and channel.
-
-    Powers compute like NumPy arrays, with their errors: see :class:`Estimate`. Their axes are
-    ``opl`` for gates, and ``channel``.
-
-    Examples
-    --------
-    >>> gates = records.gated(np.linspace(0, 300, 31))
-    >>> gates.sel(opl=150.0, channel=0) / 1e-3
-    """
-
-    mean: Doubles
-    """Power, (channels,) or (gates, channels), in the unit of the weights."""
-    error: Doubles
-    """Standard error, of the same shape. All records of a particle are one sample. Infinite with
-    fewer than two particles."""
-    effective: Doubles
-    """Effective number of particles: the number of equal particles that would give a power of equal
-    uncertainty."""
-    few: NDArray[np.bool_]
-    """Mask of the unreliable errors: the largest particle contributes more than a tenth of the
-    power, or there are fewer than two particles."""
-    gates: Optional[Doubles] = None
-    """Edges of the gates, in optical path length, (gates + 1,); ``None`` without gates."""
-    unit: str = ""
-    """Unit of the power."""
-    _origin: Origin = dataclasses.field(init=False, default_factory=own_origin)
-
-    def _estimate(self) -> Estimate:
-        axes: Dict[str, Optional[Doubles]] = {"channel": None}
-        if np.ndim(self.mean) == 2:
-            axes = {"opl" if self.gates is not None else "gate": self.gates, **axes}
-        made: Estimate = Estimate(self.mean, self.error, axes, self.unit, self.effective, self.few)._from(self._origin)
-        return made
-
-    def __repr__(self) -> str:
-        return repr(self._estimate()).replace("Estimate", "Power", 1)
-
-    def _repr_html_(self) -> str:
-        return html_of(self._estimate(), repr(self))
-
-
-@dataclasses.dataclass(frozen=True, eq=False, repr=False)
-class Jacobian(Data, Fields):
-    """Derivatives of the recorded power by the coefficients of the regions.
-
-    Derivatives compute like a NumPy array of the axes ``coefficient`` (``"mu_a"``, ``"mu_s"``),
-    ``region`` and ``channel``, with their errors: see :class:`Estimate`.
-
-    Examples
-    --------
-    >>> rows = records.jacobian({"tissue": 10.0})
-    >>> rows.sel(coefficient="mu_a", region="tissue") / 100
-    """
-
-    mu_a: Doubles
-    """Derivatives by absorption coefficients at constant scattering, (regions, channels): minus the
-    mean of power times path length."""
-    mu_a_error: Doubles
-    """Standard errors of ``mu_a``, of the same shape."""
-    mu_s: Doubles
-    """Derivatives by scattering coefficients at constant absorption, (regions, channels); NaN if
-    μ_s is not given."""
-    mu_s_error: Doubles
-    """Standard errors of ``mu_s``, of the same shape."""
-    regions: List[str] = dataclasses.field(default_factory=list)
-    """Names of the regions, as in :class:`Records`."""
-    unit: str = ""
-    """Unit of the derivatives."""
-    _origin: Origin = dataclasses.field(init=False, default_factory=own_origin)
-
-    def _estimate(self) -> Estimate:
-        mean, error = np.stack([self.mu_a, self.mu_s]), np.stack([self.mu_a_error, self.mu_s_error])
-        names = {"coefficient": ["mu_a", "mu_s"], **({"region": self.regions} if self.regions else {})}
-        made: Estimate = Estimate(mean, error, {"coefficient": None, "region": None, "channel": None}, self.unit, names=names)._from(self._origin)
-        return made
-
-    def __repr__(self) -> str:
-        return f"<morgana.Jacobian of {len(self.mu_a)} regions>"
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -310,9 +228,7 @@ class Records(Fields):
         by_mu_a = self._power(particle, -length * weight)
         by_mu_s = self._power(particle, (scatterings / known - length) * weight)
         unit = f"{self.unit}*unit" if self.unit else ""
-        found = Jacobian(by_mu_a.mean, by_mu_a.error, by_mu_s.mean, by_mu_s.error, list(self.regions), unit)
-        object.__setattr__(found, "_origin", self._origin)
-        return found
+        return Jacobian(by_mu_a.mean, by_mu_a.error, by_mu_s.mean, by_mu_s.error, list(self.regions), unit)._from(self._origin)
 
     def _region(self, name: str) -> int:
         """Returns the row of a region."""
@@ -383,20 +299,15 @@ class Records(Fields):
 
     def _power(self, particle: NDArray[np.int64], weight: Doubles, gates: Optional[Doubles] = None) -> Power:
         """Returns the sum of weights, (n, ...), with its error over particles."""
-        found = self._sum(particle, weight, gates)
-        object.__setattr__(found, "_origin", self._origin)
-        return found
-
-    def _sum(self, particle: NDArray[np.int64], weight: Doubles, gates: Optional[Doubles]) -> Power:
         _, rows = np.unique(particle, return_inverse=True)
         totals = np.zeros((int(rows.max(initial=-1)) + 1, *weight.shape[1:]))
         np.add.at(totals, rows, weight)
         mean, squares, largest = totals.sum(axis=0), (totals**2).sum(axis=0), totals.max(axis=0, initial=0.0)
         effective = np.divide(mean**2, squares, out=np.zeros_like(mean), where=squares > 0)
         if self.particles < 2:
-            return Power(mean, np.full_like(mean, np.inf), effective, np.ones(mean.shape, bool), gates, self.unit)
+            return Power(mean, np.full_like(mean, np.inf), effective, np.ones(mean.shape, bool), gates, self.unit)._from(self._origin)
         variance = np.maximum(squares - mean**2 / self.particles, 0.0) * self.particles / (self.particles - 1)
-        return Power(mean, np.sqrt(variance), effective, largest > 0.1 * mean, gates, self.unit)
+        return Power(mean, np.sqrt(variance), effective, largest > 0.1 * mean, gates, self.unit)._from(self._origin)
 
     def __repr__(self) -> str:
         return f"<morgana.Records of {len(self.particle)} passages of {self.particles} particles, in {len(self.regions)} regions>"
