@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import abc
 import dataclasses
 import uuid
 from typing import Any, Callable, Dict, FrozenSet, Iterable, Iterator, List, Mapping, Optional, Tuple
@@ -50,7 +51,7 @@ def _function(ufunc: np.ufunc) -> Callable[[Any], Any]:
     return compute
 
 
-class Data:
+class Data(abc.ABC):
     """Base of results that compute like NumPy arrays: of the means, with their errors.
 
     ``np.asarray(result)`` is the array of means. Arithmetic (``+``, ``-``, ``*``, ``/``, ``**``)
@@ -59,9 +60,9 @@ class Data:
     and return plain arrays. ``==`` compares whole results.
     """
 
+    @abc.abstractmethod
     def _estimate(self) -> "Estimate":
         """Returns the means and errors with which this object computes."""
-        raise NotImplementedError
 
     @property
     def shape(self) -> Tuple[int, ...]:
