@@ -150,7 +150,7 @@ impl Affine {
     }
 
     /// Returns the smallest box in local coordinates around a box in the world.
-    pub(super) fn local_box(&self, region: &Aabb) -> Aabb {
+    fn local_box(&self, region: &Aabb) -> Aabb {
         let rows = self.to_local.matrix3.transpose();
         let [x, y, z] = [rows.x_axis, rows.y_axis, rows.z_axis].map(|row| region.project(row));
         let shift = self.to_local.translation;

@@ -4,22 +4,13 @@ use super::analytic::add_mixed;
 use super::formula::{
     Formula, Free, GRADIENT, HESSIAN, Interval, Program, Real, Series, Spatial, VALUE,
 };
-use super::lengths::Lengths;
-use super::steepness::{Steepness, length_at, length_within};
+use super::length_cells::LengthCells;
+use super::steepness::{Steepness, length_at};
 use super::{IndexDerivative, Jet};
 use crate::bounds::{Aabb, FieldBounds, interval_eigenvalues};
 use glam::{DMat3, DVec3};
 use std::array::from_fn;
 use std::sync::Arc;
-
-/// Maximum number of cells with a stored length scale; fewer if the formula is long.
-const MAX_CELLS: f64 = 2048.0;
-/// Maximum number of operations in all cells together, spent on length scales before a render
-/// begins.
-const MAX_OPERATIONS: f64 = 131_072.0;
-/// Smallest length scale, as a fraction of the region's diagonal. Shorter steps follow from the
-/// measured errors.
-const MIN_LENGTH_SCALE: f64 = 1e-4;
 
 /// Field with a program for n².
 #[derive(Clone, Debug)]
@@ -27,7 +18,7 @@ pub struct Expression {
     program: Arc<Program>,
     /// Program with the parameters as inputs.
     free: Option<Arc<Free>>,
-    scales: Option<Arc<Scales>>,
+    lengths: Arc<LengthCells>,
 }
 
 impl Expression {
@@ -35,7 +26,7 @@ impl Expression {
         Expression {
             program: Arc::new(formula.program),
             free: formula.free.map(Arc::new),
-            scales: None,
+            lengths: Arc::new(LengthCells::new()),
         }
     }
 
@@ -136,25 +127,14 @@ impl Expression {
     }
 
     pub(super) fn length_scale(&self, x: DVec3) -> f64 {
-        match &self.scales {
-            Some(scales) => scales.lengths.at((x - scales.origin) * scales.per_spacing),
-            None => length_at(self.n2(x), |radius| {
-                self.steepness(&Aabb::new(x, x).grown(radius))
-            }),
-        }
-    }
-
-    /// Returns this field with precomputed length scales for a region.
-    pub(super) fn prepared(&self, region: &Aabb) -> Self {
-        Expression {
-            program: Arc::clone(&self.program),
-            free: self.free.clone(),
-            scales: Some(Arc::new(Scales::new(self, region))),
-        }
+        self.lengths.at(x, |x| {
+            let around = |radius: f64| self.steepness(&Aabb::new(x, x).grown(radius));
+            length_at(self.n2(x), x.length(), around)
+        })
     }
 
     pub(super) fn memory(&self) -> usize {
-        self.scales.as_ref().map_or(0, |s| s.lengths.memory())
+        self.lengths.memory()
     }
 
     pub(super) fn is_constant(&self) -> bool {
@@ -194,47 +174,5 @@ fn eigenvalues(found: &[Interval; HESSIAN]) -> [f64; 2] {
         interval_eigenvalues(low, high)
     } else {
         [f64::NEG_INFINITY, f64::INFINITY]
-    }
-}
-
-/// Length scales over a region: at each node, the smallest length scale of the cells around it.
-#[derive(Debug)]
-struct Scales {
-    origin: DVec3,
-    per_spacing: DVec3,
-    lengths: Lengths,
-}
-
-impl Scales {
-    fn new(field: &Expression, region: &Aabb) -> Self {
-        let diagonal = region.diagonal();
-        // Give a flat region some extent.
-        let size = region.size().max(DVec3::splat(1e-3 * diagonal));
-        // Choose the number of cells by the cost of the formula.
-        let affordable = MAX_OPERATIONS / field.program.len() as f64;
-        let edge = (size.element_product() / affordable.clamp(1.0, MAX_CELLS)).cbrt();
-        let cells = (size / edge).round().clamp(DVec3::ONE, DVec3::splat(64.0));
-        let spacing = size / cells;
-        let [x, y, z] = cells.to_array().map(|n| n as usize);
-        let nodes = [x + 1, y + 1, z + 1];
-        // Bound the length scale in each cell, and take the minimum at its nodes.
-        let mut lengths = vec![f64::INFINITY; nodes.iter().product()];
-        for (i, j, k) in (0..x * y * z).map(|at| (at % x, at / x % y, at / x / y)) {
-            let corner = region.min + spacing * DVec3::new(i as f64, j as f64, k as f64);
-            let cell = Aabb::new(corner, corner + spacing);
-            let n2 = field.over(&cell)[0].low;
-            let around = |radius: f64| field.steepness(&cell.grown(radius));
-            let length = length_within(n2, [MIN_LENGTH_SCALE * diagonal, diagonal], around);
-            for at in 0..8 {
-                let (i, j, k) = (i + (at & 1), j + (at >> 1 & 1), k + (at >> 2));
-                let node = &mut lengths[(k * nodes[1] + j) * nodes[0] + i];
-                *node = node.min(length);
-            }
-        }
-        Scales {
-            origin: region.min,
-            per_spacing: spacing.recip(),
-            lengths: Lengths::new(nodes, spacing, lengths),
-        }
     }
 }

@@ -16,6 +16,7 @@ mod expression;
 mod fisheye;
 mod formula;
 mod gaussian;
+mod length_cells;
 mod lengths;
 mod linear;
 mod luneburg;
@@ -251,7 +252,8 @@ impl Field {
     /// Returns the local length scale L, by which steps are chosen. The field turns rays no faster
     /// than once in L. The fifth derivative of rays with respect to σ is about n⁵L⁻⁴, so that L is
     /// long in weak fields. A step of a fraction of L cannot jump over a feature of the field. L is
-    /// a 1-Lipschitz function of position, and infinite for constant fields.
+    /// a 1-Lipschitz function of position, or a lower bound of one, and infinite for constant
+    /// fields.
     pub fn length_scale(&self, x: DVec3) -> f64 {
         each!(self, f => f.length_scale(x))
     }
@@ -265,24 +267,6 @@ impl Field {
             Field::Affine(f) => f.step_scale(x, v),
             Field::Scaled(f) => f.step_scale(x, v),
             _ => self.length_scale(x),
-        }
-    }
-
-    /// Returns this field with precomputed length scales of formulas and tables, for tracing inside
-    /// a region. Without them, every step searches for the length scale. Fields that need no
-    /// preparation are unchanged, and so are all fields if the region has no finite extent.
-    pub fn prepared(&self, region: &Aabb) -> Field {
-        let extent = region.diagonal();
-        if region.is_empty() || !(extent > 0.0 && extent.is_finite()) {
-            return self.clone();
-        }
-        match self {
-            Field::Expression(f) => f.prepared(region).into(),
-            Field::IndexProfile(f) => f.prepared(region).into(),
-            Field::Sum(f) => f.map(|term| term.prepared(region)).into(),
-            Field::Affine(f) => f.over(f.inner().prepared(&f.local_box(region))).into(),
-            Field::Scaled(f) => f.over(f.inner().prepared(region)).into(),
-            _ => self.clone(),
         }
     }
 

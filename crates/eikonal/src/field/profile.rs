@@ -4,9 +4,9 @@
 use super::analytic::{Mixed, add_mixed, dot};
 use super::error::FieldError;
 use super::formula::{Coordinate, Formula, Free, Function, Interval, Number, Program, Series};
-use super::lengths::Lengths;
+use super::length_cells::LengthCells;
 use super::spline::{Spline, Start};
-use super::steepness::{Steepness, length_at, length_within};
+use super::steepness::{Steepness, length_at};
 use super::{IndexDerivative, Jet, outer, radial};
 use crate::bounds::{Aabb, FieldBounds};
 use glam::{DMat3, DVec3};
@@ -16,15 +16,6 @@ use std::sync::Arc;
 const MAX_PIECES: usize = 16;
 /// Maximum number of operations in all pieces together, spent on bounds.
 const MAX_BOUND_OPERATIONS: usize = 512;
-/// Maximum number of pieces of a region with a stored length scale; fewer if the formula is long.
-const MAX_CELLS: usize = 2048;
-/// Maximum number of operations in all cells together, spent on length scales before a render
-/// begins.
-const MAX_CELL_OPERATIONS: usize = 131_072;
-/// Smallest length scale, as a fraction of the region's diagonal. Shorter steps follow from the
-/// measured errors.
-const MIN_LENGTH_SCALE: f64 = 1e-4;
-
 /// Field with n² as a function f(u) of one coordinate u.
 #[derive(Clone, Debug)]
 pub struct IndexProfile {
@@ -35,7 +26,8 @@ pub struct IndexProfile {
     is_even: bool,
     /// Program with the parameters as inputs.
     free: Option<Arc<Free>>,
-    scales: Option<Arc<Scales>>,
+    /// Length scales, with the coordinate as x.
+    lengths: Arc<LengthCells>,
 }
 
 /// Function n² of one variable.
@@ -47,14 +39,6 @@ enum Curve {
         spline: Spline,
         shift: f64,
     },
-}
-
-/// Length scales at evenly spaced places.
-#[derive(Debug)]
-struct Scales {
-    start: f64,
-    per_spacing: f64,
-    lengths: Lengths,
 }
 
 impl Curve {
@@ -146,7 +130,7 @@ impl IndexProfile {
             coordinate,
             is_even: slope == 0.0,
             free: None,
-            scales: None,
+            lengths: Arc::new(LengthCells::new()),
         }
     }
 
@@ -395,54 +379,23 @@ impl IndexProfile {
         Interval::new((u.low - radius).max(least), u.high + radius)
     }
 
-    /// Returns the length scale of the coordinate, which is a 1-Lipschitz function of position.
+    /// Returns the length scale of the coordinate.
     pub(super) fn length_scale(&self, x: DVec3) -> f64 {
         let (u, _) = self.coordinate(x);
-        if let Some(scales) = &self.scales {
-            let place = (u - scales.start) * scales.per_spacing;
-            return scales.lengths.at(DVec3::new(place, 0.0, 0.0));
-        }
-        let [n2] = self.curve.at(u);
-        let at = Interval::new(u, u);
-        length_at(n2, |radius| self.steepness(self.grown(at, radius)))
-    }
-
-    /// Returns this field with precomputed length scales for a region.
-    pub(super) fn prepared(&self, region: &Aabb) -> Self {
-        let whole = self.range(region);
-        let size = region.diagonal();
-        // Give a flat region some extent.
-        let affordable = MAX_CELL_OPERATIONS / self.curve.operations();
-        let cells = affordable.clamp(1, MAX_CELLS);
-        let spacing = (whole.high - whole.low).max(1e-3 * size) / cells as f64;
-        let mut lengths = vec![f64::INFINITY; cells + 1];
-        for i in 0..cells {
-            let start = whole.low + spacing * i as f64;
-            let cell = Interval::new(start, start + spacing);
-            let around = |radius: f64| self.steepness(self.grown(cell, radius));
-            let n2 = self.ranges(cell).n2.low;
-            let length = length_within(n2, [MIN_LENGTH_SCALE * size, size], around);
-            lengths[i] = lengths[i].min(length);
-            lengths[i + 1] = length;
-        }
-        let four = lengths.repeat(4);
-        let scales = Scales {
-            start: whole.low,
-            per_spacing: 1.0 / spacing,
-            // Compensate the limit of slopes: with one direction, slopes of one are allowed.
-            lengths: Lengths::new([cells + 1, 2, 2], DVec3::splat(spacing * 3f64.sqrt()), four),
-        };
-        IndexProfile {
-            scales: Some(Arc::new(scales)),
-            ..self.clone()
-        }
+        self.lengths.at(DVec3::new(u, 0.0, 0.0), |at| {
+            let [n2] = self.curve.at(at.x);
+            let place = Interval::new(at.x, at.x);
+            let around = |radius: f64| self.steepness(self.grown(place, radius));
+            length_at(n2, at.x.abs(), around)
+        })
     }
 
     pub(super) fn memory(&self) -> usize {
-        match &*self.curve {
+        let samples = match &*self.curve {
             Curve::Formula(_) => 0,
             Curve::Table { spline, .. } => spline.memory(),
-        }
+        };
+        samples + self.lengths.memory()
     }
 
     pub(super) fn is_constant(&self) -> bool {

@@ -13,12 +13,17 @@ pub(super) struct Steepness {
 /// is n⁵L⁻⁴. It exceeds one because bounds over a ball of this radius exceed the derivatives on
 /// typical rays.
 const LENGTH_SCALE_RATIO: f64 = 2.0;
-/// Maximum number of steps that enlarge or shrink a radius in the search for a length.
-const MAX_STEPS: usize = 60;
-/// Number of bisections; enough that no bit changes.
-const BISECTIONS: usize = 60;
-/// Smallest length, in scene units: where n² is not positive there are no rays.
-const MIN_LENGTH: f64 = 1e-9;
+/// Ratio of the bounds between which a search for a length ends.
+const PRECISION: f64 = 0.99;
+/// Maximum number of radii that a search tries.
+const MAX_RADII: usize = 80;
+/// Factor between the radii of a search that has found only one bound.
+const RADIUS_RATIO: f64 = 16.0;
+/// Smallest length scale, relative to the distance from the origin. It also holds where n² is not
+/// positive, which rays do not reach.
+const MIN_RELATIVE_LENGTH: f64 = 1e-9;
+/// Smallest length scale at the origin, in scene units.
+const MIN_LENGTH: f64 = 1e-30;
 
 impl Steepness {
     /// Returns the smallest of three lengths. Over the first, derivatives of this size change n² by
@@ -37,56 +42,31 @@ impl Steepness {
     }
 }
 
-/// Returns the length scale at a place with a value n²: the largest radius L about the place for
-/// which the derivatives within L allow the length L. `around` bounds the derivatives within a
-/// radius. Consider two places at a distance d. A ball about one place lies within a ball about the
-/// other place with a radius larger by d. L is therefore 1-Lipschitz.
-pub(super) fn length_at(n2: f64, around: impl Fn(f64) -> Steepness) -> f64 {
-    // Bracket the largest radius that its own derivatives allow.
-    let allows = |radius: f64| around(radius).length(n2) >= radius;
-    let (mut low, mut high) = (0.0, 1.0);
-    for _ in 0..MAX_STEPS {
-        if !allows(high) {
+/// Returns the length scale at a place with a value n² at a `distance` from the origin: the largest
+/// radius L about the place for which the derivatives within L allow the length L, less one
+/// percent. `around` bounds the derivatives within a radius. Consider two places at a distance d. A
+/// ball about one place lies within a ball about the other place with a radius larger by d. L is
+/// therefore 1-Lipschitz.
+pub(super) fn length_at(n2: f64, distance: f64, around: impl Fn(f64) -> Steepness) -> f64 {
+    let shortest = (MIN_RELATIVE_LENGTH * distance).max(MIN_LENGTH);
+    let allowed = |radius: f64| around(radius).length(n2);
+    // The bounds of derivatives grow with the radius. L therefore lies between any radius and the
+    // length that the derivatives within the radius allow.
+    let (mut low, mut high) = (0.0, allowed(0.0));
+    for _ in 0..MAX_RADII {
+        if low >= PRECISION * high || high <= shortest {
             break;
         }
-        (low, high) = (high, 16.0 * high);
+        let radius = match (low > 0.0, high.is_finite()) {
+            (true, true) => (low * high).sqrt(),
+            (true, false) => RADIUS_RATIO * low,
+            (false, true) => high / RADIUS_RATIO,
+            (false, false) => 1.0,
+        };
+        let length = allowed(radius);
+        low = f64::max(low, length.min(radius));
+        high = f64::min(high, length.max(radius));
     }
-    if low == 0.0 {
-        for _ in 0..MAX_STEPS {
-            if high < MIN_LENGTH || allows(0.25 * high) {
-                break;
-            }
-            high *= 0.25;
-        }
-        low = 0.25 * high;
-    } else if allows(high) {
-        return f64::INFINITY;
-    }
-    // Bisect the bracket.
-    for _ in 0..BISECTIONS {
-        let middle = 0.5 * (low + high);
-        if allows(middle) {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    low.max(MIN_LENGTH)
-}
-
-/// Returns the length that is at most the length scale anywhere in a region with values n² of at
-/// least `n2`, between `least` and `most`. `around` bounds derivatives within a radius around the
-/// region.
-pub(super) fn length_within(
-    n2: f64,
-    [least, most]: [f64; 2],
-    around: impl Fn(f64) -> Steepness,
-) -> f64 {
-    let (mut best, mut radius) = (least, most);
-    while radius > best {
-        let length = around(radius).length(n2);
-        best = f64::max(best, length.min(radius));
-        radius *= 0.5;
-    }
-    best
+    let length = if high.is_finite() { low } else { high };
+    length.max(shortest)
 }

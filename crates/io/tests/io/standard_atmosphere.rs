@@ -2,7 +2,7 @@
 //! of this atmosphere, written from its table of temperatures.
 
 use eikonal::ray::{Flow, Node};
-use eikonal::{Aabb, Field, Tolerance, Work};
+use eikonal::{Field, Tolerance, Work};
 use glam::DVec3;
 use morgana_io::assemble::steps_across;
 use morgana_io::{LoadOptions, Loaded};
@@ -157,8 +157,7 @@ fn traced(field: &Field, zenith: f64) -> f64 {
 #[test]
 fn stars_are_refracted_as_the_integral_says() {
     let volume = json!({"type": "standard_atmosphere", "radius": 6371, "metres_per_unit": 1000, "constant": K});
-    let planet = 1e-3 * (RADIUS + 2e5);
-    let field = field(&volume).prepared(&Aabb::new(DVec3::splat(-planet), DVec3::splat(planet)));
+    let field = field(&volume);
     for altitude in [0.0, 2.0, 10.0, 60.0f64] {
         let zenith = (90.0 - altitude).to_radians();
         let (found, exact) = (traced(&field, zenith), bending(zenith));

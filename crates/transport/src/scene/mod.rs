@@ -135,9 +135,6 @@ impl Scene {
         let around = surroundings(&parts);
         let regions = regions::all(&parts, &around, stop);
         go_on()?;
-        for (medium, region) in parts.media.iter_mut().zip(&regions) {
-            medium.index = medium.index.prepared(&region.aabb);
-        }
         let containment = parts.containment(&geometry.bodies);
         let sensor_medium = containment.medium_at(parts.sensor.position());
         let bending_ball = bending_ball::bending_ball(&parts, &geometry.overlapping, &regions);

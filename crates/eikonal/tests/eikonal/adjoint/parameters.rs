@@ -258,9 +258,10 @@ fn rays_by_parameters_and_starts() {
         let mut sum = ParameterDerivative::new((), &index);
         let back = ray.pull_back(&LOSS, &mut sum).unwrap();
         let found = index.parameter_derivative(sum.values);
-        // Differences are less accurate for tables: third derivatives jump at the samples.
+        // Differences are less accurate for tables: third derivatives jump at the samples, so that
+        // the error of a ray depends on its steps, which change with its start.
         let limit = if name.starts_with("table") {
-            1e-5
+            3e-5
         } else {
             1e-6
         };

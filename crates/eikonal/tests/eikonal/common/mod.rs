@@ -210,12 +210,6 @@ pub fn all_fields() -> Vec<Case> {
         },
         case("formula", formula(WAVES), 1.5, DVec3::ZERO),
         case(
-            "prepared formula",
-            formula(WAVES).prepared(&Aabb::new(DVec3::splat(-1.0), DVec3::splat(2.0))),
-            1.5,
-            DVec3::ZERO,
-        ),
-        case(
             "formula in r",
             formula("1.3 + 0.1*cos(2*r)/(1 + r^2)"),
             1.5,
@@ -228,9 +222,8 @@ pub fn all_fields() -> Vec<Case> {
             DVec3::ZERO,
         ),
         case(
-            "prepared formula in z",
-            formula("1.33 + 0.02*tanh(3*z)")
-                .prepared(&Aabb::new(DVec3::splat(-1.0), DVec3::splat(2.0))),
+            "formula in z",
+            formula("1.33 + 0.02*tanh(3*z)"),
             1.5,
             DVec3::ZERO,
         ),
