@@ -32,6 +32,10 @@ impl Variation for Action {
 
     fn drift(&mut self, _: f64) {}
 
+    fn straight(&mut self, local: &f64, h: f64) {
+        self.kick(local, h);
+    }
+
     /// Interpolates by the cubic that has the local data as slopes.
     fn interpolate(start: &Self, first: &f64, end: &Self, last: &f64, h: f64, t: f64) -> Self {
         let (whole, first, last) = (end.0 - start.0, first * h, last * h);

@@ -33,6 +33,10 @@ impl Variation for ArcLength {
 
     fn drift(&mut self, _: f64) {}
 
+    fn straight(&mut self, local: &f64, h: f64) {
+        self.kick(local, h);
+    }
+
     /// Interpolates by the cubic that has the indices as slopes.
     fn interpolate(start: &Self, first: &f64, end: &Self, last: &f64, h: f64, t: f64) -> Self {
         let (whole, first, last) = (end.0 - start.0, first * h, last * h);
@@ -136,7 +140,7 @@ impl Flight {
                 f64::INFINITY
             };
             // Exceed the remaining length slightly, so that rounding leaves no remainder.
-            let mut step = flow.advance(((1.0 + 1e-9) * left).min(resolved), work);
+            let step = flow.advance(((1.0 + 1e-9) * left).min(resolved), work);
             self.nodes.push(step.start);
             if let Some(met) = meets(&step.arc) {
                 let (end, h) = reach(field, is_line, &step, &met);
@@ -149,10 +153,6 @@ impl Flight {
                 };
             }
             self.spans.push(step.arc.h());
-            if step.arc.is_straight() {
-                step.end.variation.0 += step.arc.h() * at.n2.sqrt();
-                flow = Flow::new(field, step.end, limits.tolerance);
-            }
         }
     }
 
@@ -184,13 +184,11 @@ pub(super) fn is_line(field: &Field, resolved: bool, [x, v]: [DVec3; 2]) -> bool
 
 /// Returns the node a span `h` further by one step.
 fn advanced(field: &Field, is_line: bool, start: &Node<ArcLength>, h: f64) -> Node<ArcLength> {
-    if !is_line {
-        return start.advanced(field, h);
+    if is_line {
+        start.advanced_straight(h)
+    } else {
+        start.advanced(field, h)
     }
-    let mut node = *start;
-    node.x += node.v * h;
-    node.variation.0 += node.n2.sqrt() * h;
-    node
 }
 
 /// Returns the end of a step on the surface that it meets, and the span up to it.

@@ -188,7 +188,7 @@ impl<'w, W: World> AdjointRay<'w, W> {
                 return Err(RayFailure::OverBudget);
             }
             let limit = left.min(MAX_STEP_PER_RESOLVED_SPAN * field.resolved_span(at.x, at.v));
-            let mut step = flow.advance(limit, &mut self.work);
+            let step = flow.advance(limit, &mut self.work);
             if let Some((end, h, met)) = self.met(segment.region, field, &step) {
                 self.spans.push(h);
                 so_far.length += h * at.v.length();
@@ -196,10 +196,6 @@ impl<'w, W: World> AdjointRay<'w, W> {
             }
             self.spans.push(step.arc.h());
             so_far.length += step.arc.arc_length(1.0);
-            if step.arc.is_straight() {
-                step.end.variation.0 += step.arc.h() * at.n2;
-                flow = Flow::new(field, step.end, self.tolerance);
-            }
         }
     }
 
@@ -225,6 +221,9 @@ impl<'w, W: World> AdjointRay<'w, W> {
         };
         // Correct the span until the end lies on the surface.
         let mut h = theta * step.arc.h();
+        if step.arc.is_straight() {
+            return Some((step.start.advanced_straight(h), h, end));
+        }
         let mut node = step.start.advanced(field, h);
         for _ in 0..MAX_CORRECTIONS {
             let missing = normal.dot(position - node.x) / normal.dot(node.v);

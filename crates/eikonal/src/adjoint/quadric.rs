@@ -23,6 +23,19 @@ pub struct Quadric {
     pub form: [f64; 4],
 }
 
+/// Returns the real roots of aθ² + 2bθ + c in ascending order, without cancellation; infinite or NaN
+/// where there is none.
+fn quadratic_roots(a: f64, b: f64, c: f64) -> [f64; 2] {
+    let root = (b * b - a * c).sqrt();
+    let q = -(b + root.copysign(b));
+    let (one, other) = (q / a, c / q);
+    if one < other {
+        [one, other]
+    } else {
+        [other, one]
+    }
+}
+
 /// Derivatives with respect to the point, the axis and the form of a [`Quadric`].
 pub type QuadricDerivative = [f64; 10];
 
@@ -38,6 +51,9 @@ impl Quadric {
 
     /// Returns the θ in (0, 1] at which an arc first meets the surface.
     pub(super) fn first(&self, arc: &Arc) -> Option<f64> {
+        if arc.is_straight() {
+            return self.first_on_line(arc);
+        }
         let [alpha, beta, gamma, delta] = self.form;
         let control = arc.control();
         let z = height(&control, self.point, self.axis);
@@ -62,6 +78,20 @@ impl Quadric {
             from = theta;
         }
         None
+    }
+
+    /// Returns the θ in (0, 1] at which a straight arc first meets the surface.
+    fn first_on_line(&self, arc: &Arc) -> Option<f64> {
+        let [alpha, beta, gamma, delta] = self.form;
+        let (d, step) = (arc.start() - self.point, arc.derivative(0.0));
+        let (z, rise) = (self.axis.dot(d), self.axis.dot(step));
+        let roots = quadratic_roots(
+            alpha * step.length_squared() + beta * rise * rise,
+            alpha * d.dot(step) + (beta * z + 0.5 * gamma) * rise,
+            alpha * d.length_squared() + (beta * z + gamma) * z + delta,
+        );
+        let meets = |&theta: &f64| theta > 0.0 && theta <= 1.0 && self.holds(arc.position(theta));
+        roots.into_iter().find(meets)
     }
 
     /// Returns true if a point lies on the sheet of the quadric that belongs to the surface.

@@ -56,6 +56,11 @@ impl Receiver {
 
 /// Returns the first intersection of an arc with a plane.
 fn plane(arc: &Arc, point: DVec3, normal: DVec3) -> Option<Intersection> {
+    if arc.is_straight() {
+        let theta = normal.dot(point - arc.start()) / normal.dot(arc.derivative(0.0));
+        let meets = theta > 0.0 && theta <= 1.0;
+        return meets.then(|| Intersection::at(arc, theta, normal));
+    }
     let heights = height(&arc.control(), point, normal);
     let theta = first_root(&heights, 0.0, 1.0, [0.0; 2])?;
     Some(Intersection::at(arc, theta, normal))

@@ -95,10 +95,10 @@ impl<V: Variation> Node<V> {
     }
 
     /// Returns the node a span `h` of σ further where the index is constant.
-    fn advanced_straight(&self, h: f64) -> Self {
+    pub(crate) fn advanced_straight(&self, h: f64) -> Self {
         let mut node = *self;
         node.x += node.v * h;
-        node.variation.drift(h);
+        node.variation.straight(&node.local, h);
         node
     }
 }

@@ -15,6 +15,10 @@ pub trait Variation: Copy + std::fmt::Debug {
     fn kick(&mut self, local: &Self::Local, h: f64);
     /// Adds h·δv to δx.
     fn drift(&mut self, h: f64);
+    /// Advances over a span `h` in which the index is constant.
+    fn straight(&mut self, _local: &Self::Local, h: f64) {
+        self.drift(h);
+    }
     /// Interpolates the variation at θ between two nodes a span `h` of σ apart, each with its local
     /// data, by the quintic of the positions.
     fn interpolate(
