@@ -81,6 +81,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         let mut found = Collocation {
             arcs: &mut self.arcs,
             evaluations: &mut self.work.evaluations,
+            relaxation: &mut self.relaxation,
         };
         let ray = collocated(world.field(region), x, y - x, tolerance, &mut found)?;
         if self

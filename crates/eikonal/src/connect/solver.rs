@@ -1,5 +1,6 @@
 //! Newton's method for trajectories (docs/theory.md#damping-and-trust-region).
 
+use super::collocate::Relaxation;
 use super::connection::{ConnectingRay, Failure};
 use super::family::RayFamily;
 use super::newton::{EndState, Iterate, system};
@@ -68,6 +69,7 @@ pub struct Solver<R> {
     pub(super) pieces: Vec<Piece<R>>,
     /// Arcs of a ray under examination.
     pub(super) arcs: Vec<Arc>,
+    pub(super) relaxation: Relaxation,
     /// Work done so far.
     pub work: Work,
 }
@@ -82,6 +84,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             tolerance,
             pieces: Vec::new(),
             arcs: Vec::new(),
+            relaxation: Relaxation::default(),
             work: Work::default(),
         }
     }

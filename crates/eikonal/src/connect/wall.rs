@@ -104,6 +104,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         let mut found = Collocation {
             arcs: &mut self.arcs,
             evaluations: &mut self.work.evaluations,
+            relaxation: &mut self.relaxation,
         };
         let ray = collocated(field, x, end - x, self.tolerance.get(), &mut found)?;
         self.work.evaluations += 1;

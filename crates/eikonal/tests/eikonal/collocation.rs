@@ -6,7 +6,7 @@
 //! only a few points between these planes. There the Jacobian is accurate to 2e-4, also for shots.
 
 use glam::DVec3;
-use morgana_eikonal::connect::{ConnectingRay, Unbounded};
+use morgana_eikonal::connect::{ConnectingRay, InitialGuess, Pattern, RayFamily, Unbounded};
 use morgana_eikonal::field::{Acoustic, AcousticMode, Bspline, Gaussian, Luneburg, Placement, Sum};
 use morgana_eikonal::{Aabb, Field, Solver, Tolerance};
 use testkit::Rng;
@@ -106,6 +106,65 @@ fn rays_are_as_good_as_the_tolerance_says() {
             // Check that collocation found most rays; the comparison would be empty without them.
             assert!(direct > PAIRS / 2, "{name} {tolerance:e}: {direct}");
         }
+    }
+}
+
+/// Turbulence: a grid of independent samples, which no few nodes resolve.
+fn rough() -> Field {
+    let mut rng = Rng::new(3);
+    let bounds = Aabb::new(DVec3::splat(-1.1), DVec3::splat(1.1));
+    let sample = |_| 1.33 + 1e-3 * (2.0 * rng.next_1d() - 1.0);
+    let grid = Bspline::from_fn([64; 3], bounds, Placement::Nodes, sample);
+    grid.unwrap().into()
+}
+
+/// Rays through rough samples are found by relaxation, without tracing. Jacobians of traced rays
+/// are not as accurate as the tolerance there, and Jacobians of relaxation are compared with them.
+#[test]
+fn rays_through_rough_samples_are_as_good_as_traced_rays() {
+    let field = rough();
+    let world = Unbounded(&field);
+    for tolerance in [1e-4, 1e-6] {
+        let mut rng = Rng::new(8);
+        let [mut relaxing, mut tracing, mut exact] =
+            [tolerance, tolerance, EXACT].map(|tolerance| Solver::new(Tolerance::new(tolerance)));
+        let (mut relaxed, mut squares) = (0, [0.0; 2]);
+        for _ in 0..PAIRS {
+            let (x, y) = (in_ball(&mut rng, 0.95), in_ball(&mut rng, 0.95));
+            let guess = InitialGuess {
+                family: RayFamily::Point {
+                    x,
+                    direction: (y - x).normalize(),
+                },
+                region: (),
+                optical_length: field.n(x) * x.distance(y),
+                pattern: Pattern::REFRACT,
+            };
+            let found = relaxing.connect(&world, x, (), y).unwrap();
+            if found.shots > 0 {
+                continue;
+            }
+            relaxed += 1;
+            let truth = exact.solve(&world, &guess, y).unwrap();
+            let [ray, jacobian] = errors(&found, &truth, apart(&relaxing, &exact));
+            assert!(
+                ray < 2.0 * tolerance,
+                "{tolerance:e}: {ray:e} {found:?} {truth:?}"
+            );
+            let traced = tracing.solve(&world, &guess, y).unwrap();
+            squares[0] += jacobian.powi(2);
+            squares[1] += relative(traced.jacobian, truth.jacobian).powi(2);
+        }
+        let [relaxed_error, traced_error] = squares.map(f64::sqrt);
+        println!(
+            "{tolerance:e}: {relaxed} {relaxed_error:e} {traced_error:e} {:?}",
+            relaxing.work
+        );
+        assert!(relaxed > PAIRS * 9 / 10, "{tolerance:e}: {relaxed}");
+        assert!(
+            relaxed_error < 1.5 * traced_error,
+            "{relaxed_error:e} {traced_error:e}"
+        );
     }
 }
 

@@ -12,8 +12,10 @@
 
 mod level;
 mod linear;
+mod relax;
 mod rule;
 
+pub(super) use relax::Relaxation;
 pub(super) use rule::{QuadratureRule, sum};
 
 use crate::field::Field;
@@ -54,6 +56,8 @@ pub(super) struct Collocation<'a> {
     pub arcs: &'a mut Vec<Arc>,
     /// Counter of field evaluations.
     pub evaluations: &'a mut u64,
+    /// Storage.
+    pub relaxation: &'a mut Relaxation,
 }
 
 /// Boundary-value problem to solve.
@@ -110,7 +114,12 @@ fn collocated_by(
     let first = level(problem.spanned).or_else(|| {
         let along = at.map(|x| field.step_scale(x, chord));
         level(chord.length() / along.into_iter().fold(f64::INFINITY, f64::min))
-    })?;
+    });
+    let Some(first) = first else {
+        let is_long = problem.spanned > MAX_CHORDS[3];
+        let relaxed = || relax::relaxed(field, x, chord, tolerance, found);
+        return is_long.then(relaxed).flatten();
+    };
     // Evaluate the forces on the chord, and search from the first guess.
     *found.evaluations += at.len() as u64;
     let gradients = at.map(|x| field.gradient(x));
@@ -174,9 +183,11 @@ mod tests {
             let x = DVec3::new(-0.5 * length, 0.1, 0.2);
             let chord = DVec3::new(length, 0.05, -0.1);
             let (mut arcs, mut evaluations) = (Vec::new(), 0);
+            let mut relaxation = Relaxation::default();
             let mut found = Collocation {
                 arcs: &mut arcs,
                 evaluations: &mut evaluations,
+                relaxation: &mut relaxation,
             };
             let ray = collocated_by(lanes, &field, x, chord, 1e-4, &mut found).unwrap();
             let [a, b] = ray.v;
