@@ -1,5 +1,7 @@
 //! Search for the nearest hit among many shapes.
 
+use super::line_search::{Entry, LineSearch};
+use super::mesh::LineTest;
 use super::sweep::{Four, Sweep};
 use super::tree::Tree;
 use super::voxel_faces::FacesOfGrid;
@@ -8,6 +10,7 @@ use eikonal::Aabb;
 use eikonal::ray::Arc;
 use glam::DVec3;
 use smallvec::SmallVec;
+use std::sync::OnceLock;
 
 /// Largest number of shapes for which a linear search is faster than a hierarchy.
 const MAX_LINEAR_SHAPES: usize = 8;
@@ -24,6 +27,9 @@ pub type Except = [Option<usize>; 2];
 pub struct Accel {
     search: Search,
     count: usize,
+    /// Search for straight lines, `None` if the shapes need none. It is built on first use, because
+    /// scenes without straight lines need none.
+    lines: OnceLock<Option<LineSearch>>,
     /// Label grids whose faces are among the shapes.
     grids: Vec<FacesOfGrid>,
 }
@@ -49,6 +55,7 @@ impl Accel {
         Accel {
             search,
             count: shapes.len(),
+            lines: OnceLock::new(),
             grids: FacesOfGrid::all(shapes),
         }
     }
@@ -71,7 +78,7 @@ impl Accel {
             ties: Vec::new(),
         };
         let mut walked: SmallVec<[usize; 2]> = SmallVec::new();
-        self.visit(arc, [theta_min, theta_max], except, &mut |i| {
+        let mut test = |nearest: &mut Nearest, i: usize| {
             let range = [theta_min, nearest.end(theta_max)];
             let found = match &shapes[i] {
                 // A single walk finds the first intersection with all faces of a grid.
@@ -92,12 +99,31 @@ impl Accel {
                 nearest.add(i, intersection);
             }
             nearest.end(theta_max)
-        });
+        };
+        let range = [theta_min, theta_max];
+        if let Some(lines) = self.lines(shapes, arc) {
+            let mut meshes = MeshTests::new(arc, range);
+            lines.visit(meshes.ends, range, &mut |entry| {
+                let i = entry.shape as usize;
+                if except.contains(&Some(i)) {
+                    return nearest.end(theta_max);
+                }
+                match meshes.meet(shapes, entry) {
+                    None => return test(&mut nearest, i),
+                    Some(Some(intersection)) => nearest.add(i, intersection),
+                    Some(None) => {}
+                }
+                nearest.end(theta_max)
+            });
+        } else {
+            self.visit(arc, range, except, &mut |i| test(&mut nearest, i));
+        }
         nearest.choose()
     }
 
     /// Returns true if the arc intersects a shape outside `except` at a θ in (0, theta_max], and
-    /// `counts` accepts the first intersection with it.
+    /// `counts` accepts the first intersection with it. Where `counts` accepts a later intersection
+    /// with a mesh, it must accept the first one.
     ///
     /// `shapes` must be the list for which the accelerator was made.
     pub fn any_hit(
@@ -109,12 +135,36 @@ impl Accel {
         counts: impl Fn(usize, f64) -> bool,
     ) -> bool {
         let mut found = false;
-        self.visit(arc, [0.0, theta_max], except, &mut |i| {
-            let intersection = shapes[i].intersect(arc, [0.0, theta_max]);
+        let range = [0.0, theta_max];
+        let mut test = |i: usize, intersection: Option<Intersection>| {
             found |= intersection.is_some_and(|m| counts(i, m.theta));
             if found { f64::NEG_INFINITY } else { theta_max }
-        });
+        };
+        if let Some(lines) = self.lines(shapes, arc) {
+            let mut meshes = MeshTests::new(arc, range);
+            lines.visit(meshes.ends, range, &mut |entry| {
+                let i = entry.shape as usize;
+                if except.contains(&Some(i)) {
+                    return theta_max;
+                }
+                let met = meshes.meet(shapes, entry);
+                test(i, met.unwrap_or_else(|| shapes[i].intersect(arc, range)))
+            });
+        } else {
+            self.visit(arc, range, except, &mut |i| {
+                test(i, shapes[i].intersect(arc, range))
+            });
+        }
         found
+    }
+
+    /// Returns the search for straight lines if the arc is straight and the shapes have one.
+    #[inline]
+    fn lines(&self, shapes: &[Shape], arc: &Arc) -> Option<&LineSearch> {
+        if !arc.is_straight() {
+            return None;
+        }
+        self.lines.get_or_init(|| LineSearch::new(shapes)).as_ref()
     }
 
     /// Calls `test` with each shape that the arc may intersect in a range of θ. `test` returns the
@@ -151,7 +201,7 @@ impl Accel {
                     }
                     end
                 };
-                tree.visit(&sweep(arc, &ends, |p| tree.local(p)), range, test);
+                tree.visit(&sweep(arc, &ends, |p| tree.frame().local(p)), range, test);
             }
         }
     }
@@ -187,6 +237,43 @@ fn linear(
     }
 }
 
+/// Tests of a line against the triangles of several meshes.
+struct MeshTests {
+    ends: [DVec3; 2],
+    range: [f64; 2],
+    /// Index of the last tested shape, and the test for it unless the line misses its box.
+    last: Option<(u32, Option<LineTest>)>,
+}
+
+impl MeshTests {
+    #[inline]
+    fn new(line: &Arc, range: [f64; 2]) -> Self {
+        MeshTests {
+            ends: [line.start(), line.end()],
+            range,
+            last: None,
+        }
+    }
+
+    /// Returns the intersection with a triangle; `None` if the entry is a whole shape.
+    #[inline]
+    fn meet(&mut self, shapes: &[Shape], entry: Entry) -> Option<Option<Intersection>> {
+        let (Shape::Mesh(mesh), Some(i)) = (&shapes[entry.shape as usize], entry.triangle()) else {
+            return None;
+        };
+        if self
+            .last
+            .as_ref()
+            .is_none_or(|(shape, _)| *shape != entry.shape)
+        {
+            let test = LineTest::new(mesh, self.ends, self.range);
+            self.last = Some((entry.shape, test));
+        }
+        let (_, test) = self.last.as_ref()?;
+        Some(test.as_ref().and_then(|test| mesh.meet(test, i)))
+    }
+}
+
 /// All hits that may be one event with the nearest hit. The choice among them does not depend on
 /// the order in which they are added.
 struct Nearest {
@@ -205,6 +292,9 @@ impl Nearest {
     }
 
     fn add(&mut self, i: usize, hit: Intersection) {
+        if hit.theta > self.theta + TIE_TOLERANCE {
+            return;
+        }
         self.theta = self.theta.min(hit.theta);
         let limit = self.theta + TIE_TOLERANCE;
         match &mut self.first {
@@ -223,7 +313,8 @@ impl Nearest {
         } else {
             let limit = self.theta + TIE_TOLERANCE;
             let hits = self.hits().filter(|(_, h)| h.theta <= limit);
-            hits.min_by_key(|(i, _)| *i).copied()
+            hits.min_by(|(i, a), (j, b)| i.cmp(j).then_with(|| a.order(b)))
+                .copied()
         }
     }
 }

@@ -13,6 +13,7 @@ mod cylinder;
 mod disk;
 mod error;
 mod line;
+mod line_search;
 mod mesh;
 mod offset;
 mod placement;
@@ -77,6 +78,15 @@ pub struct Intersection {
     local: DVec3,
     /// Part that was hit, as in [`Hit`].
     primitive: u32,
+}
+
+impl Intersection {
+    /// Orders the intersections of an arc with one shape. Of two at the same place, as on the edge
+    /// between two triangles, the one with the part that comes first in the list is first.
+    fn order(&self, other: &Intersection) -> std::cmp::Ordering {
+        let by_theta = self.theta.total_cmp(&other.theta);
+        by_theta.then(self.primitive.cmp(&other.primitive))
+    }
 }
 
 /// Point sampled on the surface of a shape.
@@ -408,7 +418,6 @@ impl From<Mesh> for Shape {
 
 impl From<std::sync::Arc<Mesh>> for Shape {
     fn from(s: std::sync::Arc<Mesh>) -> Self {
-        s.tree();
         Shape::Mesh(s)
     }
 }

@@ -15,10 +15,29 @@ const MAX_BINS: usize = 16;
 /// Largest number of boxes in a leaf, unless they cannot be separated.
 const MAX_LEAF_BOXES: usize = 4;
 
-/// Cost of a visit to a node, relative to the test of a shape: the four boxes of a node are tested
-/// together. With a cost of 3 and up to eight boxes in a leaf, pictures of meshes took a tenth more
-/// time.
-const VISIT_COST: f32 = 0.6;
+/// Costs of a traversal, which decide where a hierarchy ends.
+#[derive(Clone, Copy)]
+pub(super) struct Costs {
+    /// Number of boxes of a leaf whose contents are tested together.
+    pub together: usize,
+    /// Cost of a visit to a node, relative to the test of what is tested together.
+    pub visit: f32,
+}
+
+impl Costs {
+    /// Costs of leaves whose contents are tested one by one. The four boxes of a node are tested
+    /// together. With a cost of 3 and up to eight boxes in a leaf, pictures of meshes took a tenth
+    /// more time.
+    pub(super) const SINGLE: Costs = Costs {
+        together: 1,
+        visit: 0.6,
+    };
+
+    /// Returns the number of tests of a leaf with `count` boxes.
+    fn tests(&self, count: usize) -> f32 {
+        count.div_ceil(self.together) as f32
+    }
+}
 
 /// Box of the list, with its index in the list.
 #[derive(Clone, Copy)]
@@ -52,6 +71,7 @@ struct Builder {
     /// Boxes in the order of the leaves.
     items: Vec<Item>,
     nodes: Vec<Node>,
+    costs: Costs,
 }
 
 /// Node that may still be split.
@@ -78,18 +98,19 @@ struct Binning {
 struct Split {
     axis: usize,
     bin: usize,
-    /// Sum over both parts of the number of boxes times half the area of the box around them.
+    /// Sum over both parts of the number of tests times half the area of the box around them.
     cost: f32,
     /// Boxes around the two parts.
     around: [Bounds; 2],
 }
 
 /// Builds the hierarchy. Returns its nodes, and the indices of the boxes to which the leaves refer.
-pub(super) fn hierarchy(items: Vec<Item>) -> (Vec<Node>, Vec<u32>) {
+pub(super) fn hierarchy(items: Vec<Item>, costs: Costs) -> (Vec<Node>, Vec<u32>) {
     let whole = 0..items.len();
     let mut builder = Builder {
         nodes: Vec::with_capacity(items.len()),
         items,
+        costs,
     };
     let root = leaf(builder.around(whole.clone()), &whole);
     builder.nodes.push(root);
@@ -151,7 +172,8 @@ impl Builder {
             max: node.max,
         }
         .half_area();
-        if part.len() <= MAX_LEAF_BOXES && area * (part.len() as f32 - VISIT_COST) <= cost {
+        let saved = self.costs.tests(part.len()) - self.costs.visit;
+        if part.len() <= MAX_LEAF_BOXES && area * saved <= cost {
             return None;
         }
         // Leave enough levels for splitting each child by halves.
@@ -186,7 +208,7 @@ impl Builder {
             let splits = (0..count - 1).filter_map(|bin| {
                 below = join(below, bins[bin]);
                 let parts = [below, above[bin + 1]];
-                let cost = |(n, b): &Bin| *n as f32 * b.half_area();
+                let cost = |(n, b): &Bin| self.costs.tests(*n as usize) * b.half_area();
                 parts.iter().all(|p| p.0 > 0).then(|| Split {
                     axis,
                     bin,

@@ -1,7 +1,7 @@
 //! Conservative tests of curves against boxes.
 
 use eikonal::Aabb;
-use glam::DVec3;
+use glam::{DVec3, Vec4};
 
 /// Chord of a curve, traversed at constant speed, and the largest deviation of the curve from it
 /// along each axis.
@@ -62,9 +62,12 @@ impl Sweep {
 /// longest component of the chord. Hence all numbers are of the order of one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SingleRay {
-    /// Start of the chord, plus and minus the deviation, by axis.
-    starts: [[f32; 3]; 2],
-    inverse: [f32; 3],
+    /// For each axis, the coordinate of the start from which the near side of a box is measured,
+    /// in all lanes.
+    near: [Vec4; 3],
+    /// For each axis, the coordinate of the start from which the far side of a box is measured.
+    far: [Vec4; 3],
+    inverse: [Vec4; 3],
     /// For each axis, 1 if the chord decreases along it, otherwise 0.
     backward: [usize; 3],
     /// Parameter of the sweep at the start.
@@ -76,31 +79,50 @@ pub(super) struct SingleRay {
 /// precision.
 const SINGLE_SLACK: f64 = 1e-6;
 
+/// Largest component of the reciprocal of a direction. Its product with zero is zero, not NaN. Its
+/// product with the rounding of a coordinate is longer than any ray.
+const MAX_INVERSE: f32 = 1e30;
+
 impl Sweep {
-    /// Returns the part of the sweep from the parameter `start` on, in single precision.
+    /// Returns the direction of the chord, of unit length along its longest component.
     #[inline]
-    pub(super) fn single(&self, start: f64) -> SingleRay {
+    pub(super) fn direction(&self) -> DVec3 {
         let speed = self.chord.abs().max_element();
-        let slack = self.deviation * SINGLE_SLACK;
-        let direction = if speed > 0.0 {
+        if speed > 0.0 {
             self.chord / speed
         } else {
             self.chord
-        };
+        }
+    }
+
+    /// Returns the point of the chord of a straight line at the parameter `start`.
+    #[inline]
+    pub(super) fn point(&self, start: f64) -> DVec3 {
+        self.starts[0] + self.chord * start
+    }
+
+    /// Returns the part of the sweep from the parameter `start` on, in single precision.
+    #[inline]
+    pub(super) fn single(&self, start: f64) -> SingleRay {
+        let slack = self.deviation * SINGLE_SLACK;
         let moved = self.chord * start;
         let starts = [
-            self.starts[0] + moved + slack,
-            self.starts[1] + moved - slack,
+            (self.starts[0] + moved + slack).as_vec3(),
+            (self.starts[1] + moved - slack).as_vec3(),
         ];
-        let inverse = direction.recip().as_vec3();
+        let limit = glam::Vec3::splat(MAX_INVERSE);
+        let inverse = self.direction().recip().as_vec3().clamp(-limit, limit);
+        let backward = inverse.to_array().map(|i| usize::from(i < 0.0));
+        let lanes = |side: fn(usize) -> usize| {
+            [0, 1, 2].map(|axis| Vec4::splat(starts[side(backward[axis])][axis]))
+        };
         SingleRay {
-            starts: starts.map(|start| start.as_vec3().to_array()),
-            inverse: inverse.to_array(),
-            backward: inverse
-                .to_array()
-                .map(|i| usize::from(i.is_sign_negative())),
+            near: lanes(|backward| backward),
+            far: lanes(|backward| 1 - backward),
+            inverse: inverse.to_array().map(Vec4::splat),
+            backward,
             start,
-            speed,
+            speed: self.chord.abs().max_element(),
         }
     }
 }
@@ -113,31 +135,18 @@ impl SingleRay {
     }
 
     /// Returns, for each of four boxes, a lower bound of the parameter from which on the curve is
-    /// in the box; infinity if the curve misses the box before the parameter `end`. `sides` are,
-    /// for each axis, the lower and upper bounds of the boxes.
+    /// in the box. The mask has a bit for each box that the curve may meet before the parameter
+    /// `end`. `sides` are, for each axis, the lower and upper bounds of the boxes.
     #[inline]
-    pub(super) fn enter(&self, sides: &[[[f32; 4]; 2]; 3], end: f32) -> [f32; 4] {
-        let (mut enter, mut leave) = ([0.0f32; 4], [end; 4]);
+    pub(super) fn enter(&self, sides: &[[Vec4; 2]; 3], end: f32) -> (Vec4, u32) {
+        let (mut enter, mut leave) = (Vec4::ZERO, Vec4::splat(end));
         for (axis, sides) in sides.iter().enumerate() {
             let near = self.backward[axis];
-            let far = 1 - near;
             let inverse = self.inverse[axis];
-            let [from, to] = [self.starts[near][axis], self.starts[far][axis]];
-            let [near, far] = [&sides[near], &sides[far]];
-            for k in 0..4 {
-                // A product that is NaN leaves the bound as it is.
-                let (a, b) = ((near[k] - from) * inverse, (far[k] - to) * inverse);
-                enter[k] = if a > enter[k] { a } else { enter[k] };
-                leave[k] = if b < leave[k] { b } else { leave[k] };
-            }
+            enter = ((sides[near] - self.near[axis]) * inverse).max(enter);
+            leave = ((sides[1 - near] - self.far[axis]) * inverse).min(leave);
         }
-        std::array::from_fn(|k| {
-            if enter[k] <= leave[k] {
-                enter[k]
-            } else {
-                f32::INFINITY
-            }
-        })
+        (enter, enter.cmple(leave).bitmask())
     }
 }
 

@@ -1,10 +1,11 @@
 //! Bounding-volume hierarchy over boxes.
 
-use super::split::{self, Item, Node};
+use super::split::{self, Costs, Item, Node};
 use super::sweep::{SingleRay, Sweep};
 use eikonal::Aabb;
-use glam::DVec3;
+use glam::{DVec3, Vec3, Vec4};
 use smallvec::SmallVec;
+use std::ops::Range;
 
 /// Growth of the boxes. The hierarchy maps their coordinates to [−1, 1] and stores them in single
 /// precision. The growth exceeds the rounding of a stored coordinate (6e-8). It also exceeds the
@@ -26,12 +27,26 @@ const NONE: u32 = u32::MAX;
 /// Hierarchy of conservative boxes: a traversal visits every leaf whose box a curve may touch.
 #[derive(Clone)]
 pub struct Tree {
-    /// Box around all leaves.
-    bounds: Aabb,
-    /// Nodes, the root first; none if all leaves belong to one node.
-    nodes: Vec<Wide>,
-    /// Indices of the leaves in the list of boxes.
+    hierarchy: Hierarchy,
+    /// Indices of the boxes to which the leaves of the hierarchy refer.
     leaves: Vec<u32>,
+}
+
+/// Nodes of a hierarchy, whose leaves are ranges of a list.
+#[derive(Clone)]
+pub(super) struct Hierarchy {
+    frame: Frame,
+    /// Nodes, the root first; none if the whole list belongs to one leaf.
+    nodes: Vec<Wide>,
+    /// Length of the list.
+    count: u32,
+}
+
+/// Coordinates in which a box fits in [−1, 1]³.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Frame {
+    /// The box in these coordinates, grown by [`PAD`] and rounded.
+    bounds: Aabb,
     center: DVec3,
     scale: f64,
 }
@@ -41,7 +56,7 @@ pub struct Tree {
 #[repr(align(64))]
 struct Wide {
     /// Lower and upper bounds of the children along each axis.
-    sides: [[[f32; WIDTH]; 2]; 3],
+    sides: [[Vec4; 2]; 3],
     children: [Child; WIDTH],
 }
 
@@ -54,32 +69,73 @@ struct Child {
     count: u32,
 }
 
-impl Tree {
-    /// Builds the hierarchy over `boxes`. A leaf is identified by its index in `boxes`.
-    pub fn new(boxes: impl ExactSizeIterator<Item = Aabb> + Clone) -> Self {
-        let all = boxes.clone().fold(Aabb::EMPTY, Aabb::union);
+impl Frame {
+    pub(super) fn around(all: &Aabb) -> Self {
         let half = 0.5 * all.size().max_element();
-        let mut tree = Tree {
+        let mut frame = Frame {
             bounds: Aabb::EMPTY,
-            nodes: Vec::new(),
-            leaves: Vec::new(),
             center: all.center(),
             scale: if half > 0.0 { half.recip() } else { 1.0 },
         };
-        let items = boxes.zip(0..).map(|(b, place)| Item {
-            min: (tree.local(b.min) - PAD).as_vec3(),
-            max: (tree.local(b.max) + PAD).as_vec3(),
-            place,
+        let [min, max] = frame.padded(all);
+        frame.bounds = Aabb {
+            min: min.into(),
+            max: max.into(),
+        };
+        frame
+    }
+
+    /// Returns the corners of a box in these coordinates, grown by [`PAD`].
+    fn padded(&self, b: &Aabb) -> [Vec3; 2] {
+        [self.local(b.min) - PAD, self.local(b.max) + PAD].map(|p| p.as_vec3())
+    }
+
+    /// Maps a point to these coordinates.
+    #[inline]
+    pub(super) fn local(&self, p: DVec3) -> DVec3 {
+        (p - self.center) * self.scale
+    }
+
+    /// Returns a length in these coordinates.
+    pub(super) fn local_length(&self, length: f64) -> f64 {
+        length * self.scale
+    }
+
+    /// Returns the sweep of a line between two points.
+    #[inline]
+    pub(super) fn line(&self, ends: &[DVec3; 2]) -> Sweep {
+        Sweep::new(&ends.map(|p| self.local(p)))
+    }
+
+    /// Returns the part of `range` in which the curve may be in the box.
+    #[inline]
+    pub(super) fn clip(&self, sweep: &Sweep, range: [f64; 2]) -> Option<[f64; 2]> {
+        sweep.clip(&self.bounds, range)
+    }
+}
+
+impl Hierarchy {
+    /// Builds the hierarchy over `boxes`. Returns it with the indices of the boxes in the order of
+    /// the leaves.
+    pub(super) fn new(
+        boxes: impl ExactSizeIterator<Item = Aabb> + Clone,
+        costs: Costs,
+    ) -> (Self, Vec<u32>) {
+        let frame = Frame::around(&boxes.clone().fold(Aabb::EMPTY, Aabb::union));
+        let items = boxes.zip(0..).map(|(b, place)| {
+            let [min, max] = frame.padded(&b);
+            Item { min, max, place }
         });
-        let (nodes, leaves) = split::hierarchy(items.collect());
-        tree.leaves = leaves;
-        let root = &nodes[0];
-        tree.bounds = bounds(root);
-        let is_leaf = root.count > 0 || tree.leaves.is_empty();
-        if !is_leaf {
-            tree.widen(&nodes);
+        let (nodes, places) = split::hierarchy(items.collect(), costs);
+        let mut hierarchy = Hierarchy {
+            frame,
+            nodes: Vec::new(),
+            count: places.len() as u32,
+        };
+        if nodes[0].count == 0 && !places.is_empty() {
+            hierarchy.widen(&nodes);
         }
-        tree
+        (hierarchy, places)
     }
 
     /// Adds a wide node for the root of a binary hierarchy and for all wide nodes below it.
@@ -111,49 +167,42 @@ impl Tree {
         self.nodes.shrink_to_fit();
     }
 
-    /// Maps a point to the coordinates of the hierarchy, in which all boxes fit in [−1, 1]³.
-    pub(super) fn local(&self, p: DVec3) -> DVec3 {
-        (p - self.center) * self.scale
+    pub(super) fn frame(&self) -> &Frame {
+        &self.frame
     }
 
-    /// Returns the part of `range` in which the curve may be in the box around all leaves.
-    pub(super) fn clip(&self, sweep: &Sweep, range: [f64; 2]) -> Option<[f64; 2]> {
-        (!self.leaves.is_empty()).then(|| sweep.clip(&self.bounds, range))?
+    /// Replaces the range of each leaf by `new`.
+    pub(super) fn renumber(&mut self, mut new: impl FnMut(Range<u32>) -> Range<u32>) {
+        self.count = if self.nodes.is_empty() {
+            new(0..self.count).len() as u32
+        } else {
+            0
+        };
+        let children = self.nodes.iter_mut().flat_map(|node| &mut node.children);
+        for child in children.filter(|child| child.count > 0) {
+            let range = new(child.leaf());
+            (child.first, child.count) = (range.start, range.len() as u32);
+        }
     }
 
-    /// Calls `leaf` with each leaf that the curve may touch for a parameter in `range`, roughly in
-    /// order. `leaf` returns the new end of the range.
+    /// Calls `leaf` with the range of each leaf that a ray may touch before the parameter `end`,
+    /// roughly in order. `leaf` returns the new end.
+    #[inline]
     pub(super) fn visit(
         &self,
-        sweep: &Sweep,
-        range: [f64; 2],
-        leaf: &mut impl FnMut(usize) -> f64,
-    ) {
-        if let Some([start, _]) = self.clip(sweep, range) {
-            self.visit_clipped(sweep, [start, range[1]], leaf);
-        }
-    }
-
-    /// Does the work of [`Tree::visit`] for a range that starts where the range of [`Tree::clip`]
-    /// starts.
-    #[inline]
-    pub(super) fn visit_clipped(
-        &self,
-        sweep: &Sweep,
-        [start, end]: [f64; 2],
-        leaf: &mut impl FnMut(usize) -> f64,
+        ray: &SingleRay,
+        mut end: f32,
+        leaf: &mut impl FnMut(Range<u32>, f32) -> f32,
     ) {
         if self.nodes.is_empty() {
-            self.leaves.iter().for_each(|i| _ = leaf(*i as usize));
+            leaf(0..self.count, end);
             return;
         }
-        let ray = sweep.single(start);
-        let mut end = ray.parameter(end);
         let mut stack: SmallVec<[(f32, Child); STACK]> = SmallVec::new();
         let mut next = Some(&self.nodes[0]);
         loop {
             if let Some(node) = next.take() {
-                node.push_children(&ray, end, &mut stack);
+                node.push_children(ray, end, &mut stack);
             }
             let Some((enter, child)) = stack.pop() else {
                 return;
@@ -164,26 +213,23 @@ impl Tree {
             if child.count == 0 {
                 next = Some(&self.nodes[child.first as usize]);
             } else {
-                let leaves = child.first as usize..(child.first + child.count) as usize;
-                for &i in &self.leaves[leaves] {
-                    end = ray.parameter(leaf(i as usize));
-                }
+                end = leaf(child.leaf(), end);
             }
         }
     }
 
-    /// Calls `leaf` with all leaves whose boxes may share a point with `b`, and possibly with
-    /// others nearby, until a call returns true. Returns true if a call did.
-    pub fn any_near(&self, b: &Aabb, leaf: &mut impl FnMut(usize) -> bool) -> bool {
+    /// Calls `leaf` with the ranges of all leaves whose boxes may share a point with `b`, and
+    /// possibly with others nearby, until a call returns true. Returns true if a call did.
+    fn any_near(&self, b: &Aabb, leaf: &mut impl FnMut(Range<u32>) -> bool) -> bool {
         let local = Aabb {
-            min: self.local(b.min),
-            max: self.local(b.max),
+            min: self.frame.local(b.min),
+            max: self.frame.local(b.max),
         };
-        if self.leaves.is_empty() || !self.bounds.overlaps(&local) {
+        if !self.frame.bounds.overlaps(&local) {
             return false;
         }
         if self.nodes.is_empty() {
-            return self.leaves.iter().any(|i| leaf(*i as usize));
+            return leaf(0..self.count);
         }
         let mut stack: SmallVec<[u32; STACK]> = SmallVec::new();
         stack.push(0);
@@ -191,15 +237,78 @@ impl Tree {
             for child in self.nodes[node as usize].near(&local) {
                 if child.count == 0 {
                     stack.push(child.first);
-                    continue;
-                }
-                let leaves = child.first as usize..(child.first + child.count) as usize;
-                if self.leaves[leaves].iter().any(|i| leaf(*i as usize)) {
+                } else if leaf(child.leaf()) {
                     return true;
                 }
             }
         }
         false
+    }
+}
+
+impl Tree {
+    /// Builds the hierarchy over `boxes`. A leaf is identified by its index in `boxes`.
+    pub fn new(boxes: impl ExactSizeIterator<Item = Aabb> + Clone) -> Self {
+        let (hierarchy, leaves) = Hierarchy::new(boxes, Costs::SINGLE);
+        Tree { hierarchy, leaves }
+    }
+
+    pub(super) fn frame(&self) -> &Frame {
+        &self.hierarchy.frame
+    }
+
+    /// Calls `leaf` with each leaf that the curve may touch for a parameter in `range`, roughly in
+    /// order. `leaf` returns the new end of the range.
+    pub(super) fn visit(
+        &self,
+        sweep: &Sweep,
+        range: [f64; 2],
+        leaf: &mut impl FnMut(usize) -> f64,
+    ) {
+        if self.leaves.is_empty() {
+            return;
+        }
+        if let Some([start, _]) = self.frame().clip(sweep, range) {
+            self.visit_clipped(sweep, [start, range[1]], leaf);
+        }
+    }
+
+    /// Does the work of [`Tree::visit`] for a range that starts where the range of [`Frame::clip`]
+    /// starts.
+    #[inline]
+    pub(super) fn visit_clipped(
+        &self,
+        sweep: &Sweep,
+        [start, end]: [f64; 2],
+        leaf: &mut impl FnMut(usize) -> f64,
+    ) {
+        if self.hierarchy.nodes.is_empty() {
+            self.leaves.iter().for_each(|i| _ = leaf(*i as usize));
+            return;
+        }
+        let ray = sweep.single(start);
+        let end = ray.parameter(end);
+        self.hierarchy.visit(&ray, end, &mut |range, end| {
+            let leaves = &self.leaves[range.start as usize..range.end as usize];
+            let ends = leaves.iter().map(|i| ray.parameter(leaf(*i as usize)));
+            ends.last().unwrap_or(end)
+        });
+    }
+
+    /// Calls `leaf` with all leaves whose boxes may share a point with `b`, and possibly with
+    /// others nearby, until a call returns true. Returns true if a call did.
+    pub fn any_near(&self, b: &Aabb, leaf: &mut impl FnMut(usize) -> bool) -> bool {
+        !self.leaves.is_empty()
+            && self.hierarchy.any_near(b, &mut |range| {
+                let leaves = &self.leaves[range.start as usize..range.end as usize];
+                leaves.iter().any(|i| leaf(*i as usize))
+            })
+    }
+}
+
+impl Child {
+    fn leaf(self) -> Range<u32> {
+        self.first..self.first + self.count
     }
 }
 
@@ -227,7 +336,7 @@ fn widened(nodes: &[Node], root: usize) -> SmallVec<[usize; WIDTH]> {
 
 impl Wide {
     const EMPTY: Wide = Wide {
-        sides: [[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3],
+        sides: [[Vec4::INFINITY, Vec4::NEG_INFINITY]; 3],
         children: [Child {
             first: NONE,
             count: 0,
@@ -249,19 +358,20 @@ impl Wide {
         end: f32,
         stack: &mut SmallVec<[(f32, Child); STACK]>,
     ) {
-        let enter = ray.enter(&self.sides, end);
+        let (enter, mut met) = ray.enter(&self.sides, end);
+        let enter = enter.to_array();
         let first = stack.len();
-        for (enter, child) in enter.into_iter().zip(self.children) {
-            if enter <= end {
-                // Insert in descending order of the parameters.
-                let mut place = stack.len();
-                stack.push((enter, child));
-                while place > first && stack[place - 1].0 < enter {
-                    stack[place] = stack[place - 1];
-                    place -= 1;
-                }
-                stack[place] = (enter, child);
+        while met != 0 {
+            let k = met.trailing_zeros() as usize;
+            met &= met - 1;
+            // Insert in descending order of the parameters.
+            let mut place = stack.len();
+            stack.push((enter[k], self.children[k]));
+            while place > first && stack[place - 1].0 < enter[k] {
+                stack[place] = stack[place - 1];
+                place -= 1;
             }
+            stack[place] = (enter[k], self.children[k]);
         }
     }
 
@@ -283,13 +393,5 @@ impl std::fmt::Debug for Tree {
         f.debug_struct("Tree")
             .field("leaves", &self.leaves.len())
             .finish_non_exhaustive()
-    }
-}
-
-/// Returns the box of a node.
-fn bounds(node: &Node) -> Aabb {
-    Aabb {
-        min: node.min.into(),
-        max: node.max.into(),
     }
 }

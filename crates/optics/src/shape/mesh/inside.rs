@@ -2,7 +2,6 @@
 
 use super::intersect::Line;
 use super::{Mesh, cross};
-use crate::shape::sweep::Sweep;
 use glam::DVec3;
 
 /// First crossing of a ray with a mesh.
@@ -52,7 +51,7 @@ impl Mesh {
         let ends = [p, p + d * (2.0 * far)];
         let step = ends[1] - p;
         let line = Line::new(p, step);
-        let sweep = Sweep::new(&ends.map(|p| self.tree().local(p)));
+        let sweep = self.frame.line(&ends);
         let mut first = FirstCrossing::Nothing;
         let mut end = 1.0;
         self.tree().visit(&sweep, [0.0, 1.0], &mut |i| {
@@ -82,7 +81,7 @@ impl Mesh {
     fn crossings(&self, p: DVec3, d: DVec3) -> Option<u32> {
         let ends = [p, p + d * (2.0 * self.bounds.diagonal())];
         let line = Line::new(p, ends[1] - p);
-        let sweep = Sweep::new(&ends.map(|p| self.tree().local(p)));
+        let sweep = self.frame.line(&ends);
         let mut count = Some(0);
         self.tree().visit(&sweep, [0.0, 1.0], &mut |i| {
             let (e, z) = line.project(self.triangle(i));

@@ -56,24 +56,28 @@ impl Mesh {
     }
 
     fn meet_line(&self, ends: [DVec3; 2], range: [f64; 2], nearest: &mut Nearest) {
-        let sweep = Sweep::new(&ends.map(|p| self.tree().local(p)));
-        let Some(near) = self.tree().clip(&sweep, range) else {
+        let sweep = self.frame.line(&ends);
+        let Some(near) = self.frame.clip(&sweep, range) else {
             return;
         };
-        let d = ends[1] - ends[0];
-        // Start a long line where it reaches the mesh, so that no digits are lost.
-        let origin = point(ends, near[0]);
-        let line = Line::new(origin, d);
-        let ends_of_range = || range.map(|t| (point(ends, t), self.point_noise(t, d)));
+        let test = LineTest::of(self, ends, range, near[0]);
         self.tree().visit_clipped(&sweep, near, &mut |i| {
-            let t = self.triangle(i);
-            if let Some((theta, w)) = line.intersect(t)
-                && crosses_plane(t, &ends_of_range())
-            {
-                nearest.offer((near[0] + theta).clamp(range[0].next_up(), range[1]), i, w);
+            if let Some((theta, w)) = test.meet(self.triangle(i)) {
+                nearest.offer(theta, i, w);
             }
             nearest.end
         });
+    }
+
+    /// Returns the intersection of a line with triangle `i`.
+    #[inline]
+    pub(in crate::shape) fn meet(&self, line: &LineTest, i: usize) -> Option<Intersection> {
+        let (theta, w) = line.meet(self.triangle(i))?;
+        Some(Intersection {
+            theta,
+            local: w.into(),
+            primitive: i as u32,
+        })
     }
 
     /// Returns the bound of the error of the point at `theta` of a line along `d`.
@@ -88,11 +92,11 @@ impl Mesh {
     }
 
     fn meet_arc(&self, piece: &Piece, range: [f64; 2], halvings: u32, nearest: &mut Nearest) {
-        let sweep = Sweep::new(&piece.control.map(|p| self.tree().local(p)));
+        let sweep = Sweep::new(&piece.control.map(|p| self.frame.local(p)));
         let (Some(u_min), Some(u_max)) = (piece.u(range[0]), piece.u_end(nearest.end)) else {
             return;
         };
-        let Some([u_start, _]) = self.tree().clip(&sweep, [u_min, u_max]) else {
+        let Some([u_start, _]) = self.frame.clip(&sweep, [u_min, u_max]) else {
             return;
         };
         // Halve pieces that deviate too much from their chords.
@@ -134,6 +138,50 @@ impl Mesh {
             }
         }
         None
+    }
+}
+
+/// Exact test of a line against the triangles of a mesh.
+pub(in crate::shape) struct LineTest {
+    line: Line,
+    /// Parameter at the origin of `line`.
+    start: f64,
+    range: [f64; 2],
+    /// Points at both ends of the range, with bounds of their errors.
+    ends: [(DVec3, f64); 2],
+}
+
+impl LineTest {
+    /// Prepares the test of the line between two points for the triangles of `mesh`, for
+    /// parameters in (range[0], range[1]]. Returns `None` if the line misses the box of the mesh.
+    #[inline]
+    pub(in crate::shape) fn new(mesh: &Mesh, ends: [DVec3; 2], range: [f64; 2]) -> Option<Self> {
+        let range = [range[0].max(0.0), range[1].min(1.0)];
+        let [start, _] = mesh.frame.clip(&mesh.frame.line(&ends), range)?;
+        Some(Self::of(mesh, ends, range, start))
+    }
+
+    /// Prepares the test of a line that reaches the mesh at the parameter `start`.
+    #[inline]
+    fn of(mesh: &Mesh, ends: [DVec3; 2], range: [f64; 2], start: f64) -> Self {
+        let d = ends[1] - ends[0];
+        LineTest {
+            // Start a long line where it reaches the mesh, so that no digits are lost.
+            line: Line::new(point(ends, start), d),
+            start,
+            range,
+            ends: range.map(|t| (point(ends, t), mesh.point_noise(t, d))),
+        }
+    }
+
+    /// Returns the parameter and the barycentric coordinates of the crossing with a triangle of
+    /// the mesh.
+    #[inline]
+    fn meet(&self, triangle: [DVec3; 3]) -> Option<(f64, [f64; 3])> {
+        let (theta, w) = self.line.intersect(triangle)?;
+        let [from, to] = self.range;
+        crosses_plane(triangle, &self.ends)
+            .then(|| ((self.start + theta).clamp(from.next_up(), to), w))
     }
 }
 

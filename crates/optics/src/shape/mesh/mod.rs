@@ -6,8 +6,9 @@ mod normals;
 mod topology;
 
 pub use inside::{DIRECTIONS, FirstCrossing};
+pub(super) use intersect::LineTest;
 
-use super::tree::Tree;
+use super::tree::{Frame, Tree};
 use super::{AreaSample, Hit, Intersection, ShapeError, Uv};
 use eikonal::Aabb;
 use glam::{DAffine3, DVec3};
@@ -24,9 +25,11 @@ pub struct Mesh {
     uvs: Option<Vec<[f64; 2]>>,
     /// Normals of the vertices: unit vectors, or zero where a vertex has none.
     normals: Option<Vec<DVec3>>,
-    /// Hierarchy over the triangles. It is built when the mesh becomes a shape or on first use,
-    /// because a mesh that is only copied into place needs none.
+    /// Hierarchy over the triangles. It is built on first use, because most meshes need none: one
+    /// hierarchy over all meshes finds where straight lines meet them.
     tree: OnceLock<Tree>,
+    /// Coordinates of the hierarchy.
+    frame: Frame,
     /// Cumulative sums of the triangle areas.
     areas: Vec<f64>,
     bounds: Aabb,
@@ -88,6 +91,7 @@ impl Mesh {
         Ok(Mesh {
             areas: areas.collect(),
             tree: OnceLock::new(),
+            frame: Frame::around(&bounds),
             bounds,
             dropped,
             closed,
@@ -237,6 +241,11 @@ impl Mesh {
 
     pub(super) fn aabb(&self) -> Aabb {
         self.bounds.grown(self.noise)
+    }
+
+    /// Returns the bound of the rounding error of coordinates near the mesh.
+    pub(super) fn noise(&self) -> f64 {
+        self.noise
     }
 
     pub(super) fn area(&self) -> f64 {
