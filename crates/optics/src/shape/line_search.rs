@@ -117,14 +117,13 @@ impl LineSearch {
             };
             entries.extend(triangles.map(|triangle| Entry { shape: i, triangle }));
         }
-        has_triangles.then(|| Self::of(shapes, &entries))
+        has_triangles.then(|| Self::of(frame, shapes, &entries))
     }
 
-    fn of(shapes: &[Shape], entries: &[Entry]) -> Self {
+    fn of(frame: Frame, shapes: &[Shape], entries: &[Entry]) -> Self {
         let boxes = entries.iter().map(|entry| entry.aabb(shapes));
-        let (mut hierarchy, places) = Hierarchy::new(boxes, COSTS);
-        let frame = *hierarchy.frame();
-        let mut groups = Vec::new();
+        let (mut hierarchy, places) = Hierarchy::new(frame, boxes, COSTS);
+        let mut groups = Vec::with_capacity(hierarchy.leaves());
         hierarchy.renumber(|leaf| {
             let first = groups.len() as u32;
             for places in places[leaf.start as usize..leaf.end as usize].chunks(Group::LENGTH) {
@@ -136,7 +135,6 @@ impl LineSearch {
             }
             first..groups.len() as u32
         });
-        groups.shrink_to_fit();
         LineSearch { hierarchy, groups }
     }
 

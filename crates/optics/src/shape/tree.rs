@@ -115,13 +115,13 @@ impl Frame {
 }
 
 impl Hierarchy {
-    /// Builds the hierarchy over `boxes`. Returns it with the indices of the boxes in the order of
-    /// the leaves.
+    /// Builds the hierarchy over `boxes`, all of which lie in `frame`. Returns it with the indices
+    /// of the boxes in the order of the leaves.
     pub(super) fn new(
-        boxes: impl ExactSizeIterator<Item = Aabb> + Clone,
+        frame: Frame,
+        boxes: impl ExactSizeIterator<Item = Aabb>,
         costs: Costs,
     ) -> (Self, Vec<u32>) {
-        let frame = Frame::around(&boxes.clone().fold(Aabb::EMPTY, Aabb::union));
         let items = boxes.zip(0..).map(|(b, place)| {
             let [min, max] = frame.padded(&b);
             Item { min, max, place }
@@ -169,6 +169,12 @@ impl Hierarchy {
 
     pub(super) fn frame(&self) -> &Frame {
         &self.frame
+    }
+
+    /// Returns the number of leaves.
+    pub(super) fn leaves(&self) -> usize {
+        let children = self.nodes.iter().flat_map(|node| &node.children);
+        children.filter(|child| child.count > 0).count().max(1)
     }
 
     /// Replaces the range of each leaf by `new`.
@@ -249,7 +255,8 @@ impl Hierarchy {
 impl Tree {
     /// Builds the hierarchy over `boxes`. A leaf is identified by its index in `boxes`.
     pub fn new(boxes: impl ExactSizeIterator<Item = Aabb> + Clone) -> Self {
-        let (hierarchy, leaves) = Hierarchy::new(boxes, Costs::SINGLE);
+        let frame = Frame::around(&boxes.clone().fold(Aabb::EMPTY, Aabb::union));
+        let (hierarchy, leaves) = Hierarchy::new(frame, boxes, Costs::SINGLE);
         Tree { hierarchy, leaves }
     }
 
