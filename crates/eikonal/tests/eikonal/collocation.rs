@@ -26,10 +26,14 @@ fn fields() -> Vec<(&'static str, Field, f64)> {
     let grid = Bspline::from_fn([64; 3], cube, Placement::Nodes, |x| sampled.n(x));
     let mode = AcousticMode::new(0.01, 3, 10.0, 0.3).unwrap();
     let sound = Acoustic::new(1.3333, DVec3::ZERO, DVec3::X, DVec3::Z, vec![mode]);
+    // Chords of many wavelengths, which take relaxation.
+    let mode = AcousticMode::new(1e-3, 0, 60.0, 0.3).unwrap();
+    let ultrasound = Acoustic::new(1.3333, DVec3::ZERO, DVec3::X, DVec3::Z, vec![mode]);
     vec![
         ("bump", bump.into(), 0.0),
         ("grid", grid.unwrap().into(), 2e-4),
         ("sound", sound.unwrap().into(), 0.0),
+        ("ultrasound", ultrasound.unwrap().into(), 0.0),
         (
             "Luneburg",
             Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap().into(),

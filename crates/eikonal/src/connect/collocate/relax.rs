@@ -14,7 +14,7 @@ use glam::{DMat3, DVec3};
 
 /// Distance of nodes in length scales, at the tolerance 1e-4. In turbulence of 256³ samples, rays
 /// then have directions and Jacobians as accurate as traced rays.
-const SPACING: f64 = 0.35;
+const SPACING: f64 = 0.33;
 /// Distance of the places on the chord at which the length scale is taken, in length scales.
 const SCALE_SPACING: f64 = 1.0;
 /// Smallest number of steps between nodes.
@@ -25,7 +25,7 @@ const MAX_STEPS: usize = 1024;
 const MAX_ROUNDS: usize = 6;
 /// Largest change of the nodes by the last round, in tolerances times the step between nodes. The
 /// Hessians, which belong to the nodes before this change, are then accurate enough.
-const MAX_LAST_CHANGE: f64 = 200.0;
+const MAX_LAST_CHANGE: f64 = 20.0;
 /// Largest change of the nodes by a round, relative to the chord.
 const MAX_CHANGE: f64 = 0.5;
 /// Largest change of the first direction by the next order of the scheme, in tolerances.
@@ -208,7 +208,7 @@ impl Relaxation {
             moved[i] = -(moved[i] * moved[i + 1]);
         }
         // Take the velocities of these moves at both ends.
-        // Planted error "tangents by relaxation that are straight at the ends", found by morgana-eikonal/eikonal::collocation::rays_through_rough_samples_are_as_good_as_traced_rays:
+        // Planted error "tangents by relaxation that are straight at the ends", found by morgana-eikonal/eikonal::collocation::rays_are_as_good_as_the_tolerance_says:
         // let turned = |i: usize, weight: f64| self.jets[i].hess * moved[i] * (0.0 * h * weight);
         let turned = |i: usize, weight: f64| self.jets[i].hess * moved[i] * (0.5 * h * weight);
         let [mut first, mut last] =
