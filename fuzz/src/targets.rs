@@ -4,7 +4,9 @@ use io::image::{ImageLayers, Layer, RgbImage, exr, hdr, pfm, png};
 use io::mesh::{gltf, hair, obj, ply, serialized};
 use io::part::{Body, Part};
 use io::volume::series::{FrameSums, SeriesShape};
-use io::volume::{AxisOrder, Options, hdf5, mat, nifti, npy, npz, nrrd, vdb, vol, vti, vtk};
+use io::volume::{
+    AxisOrder, Options, hdf5, jnifti, mat, nifti, npy, npz, nrrd, vdb, vol, vti, vtk,
+};
 use io::{Diagnostics, Limits, LoadOptions, Loaded, Problem, Run, ies, json, xml};
 use std::ops::ControlFlow;
 use transport::meter::Meter;
@@ -106,6 +108,10 @@ pub const TARGETS: &[Target] = &[
     target("nifti", &["nii", "gz"], |b| {
         drop(nifti::parse::<f32>(b, any()));
         drop(nifti::parse::<f64>(b, any()));
+    }),
+    target("jnifti", &["jnii", "bnii", "jdt", "jdb"], |b| {
+        drop(jnifti::parse::<f32>(b, any()));
+        drop(jnifti::parse::<f64>(b, zyx().of("rho")));
     }),
     target("ply", &["ply"], |b| drop(ply::parse(b, LIMITS))),
     target("obj", &["obj"], |b| drop(obj::parse(b, LIMITS))),

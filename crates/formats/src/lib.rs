@@ -12,6 +12,7 @@ pub mod escape;
 pub mod ies;
 pub mod image;
 pub mod input;
+pub mod jdata;
 pub mod lock;
 pub mod mesh;
 pub mod npy;

@@ -30,8 +30,8 @@ pub use assemble::{
 };
 pub use diagnostic::{Diagnostic, Diagnostics, Location, Severity};
 pub use formats::{
-    FileError, Limits, Problem, atomic, compare, element, error, ies, image, input, lock, mesh,
-    npy, packed, spd, volume,
+    FileError, Limits, Problem, atomic, compare, element, error, ies, image, input, jdata, lock,
+    mesh, npy, packed, spd, volume,
 };
 use formats::{binary, cie, npz, table};
 pub use outcome::Outcome;

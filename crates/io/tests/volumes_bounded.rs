@@ -11,7 +11,8 @@ use flate2::Compression;
 use flate2::read::{ZlibDecoder, ZlibEncoder};
 use morgana_io::Limits;
 use morgana_io::volume::{
-    AxisOrder, Format, Options, Volume, hdf5, mat, nifti, npy, npz, nrrd, vdb, vol, vti, vtk, write,
+    AxisOrder, Format, Options, Volume, hdf5, jnifti, mat, nifti, npy, npz, nrrd, vdb, vol, vti,
+    vtk, write,
 };
 use peak_alloc::PeakAlloc;
 
@@ -58,7 +59,9 @@ fn valid_files() {
     // Samples become a spline in place, which needs some room around them.
     let most = size_of::<f32>() * Bspline::room([SIDE; 3]);
     let folder = tempfile::tempdir().unwrap();
-    for extension in ["vol", "npy", "npz", "h5", "mat", "nrrd", "vti", "vtk"] {
+    for extension in [
+        "vol", "npy", "npz", "h5", "mat", "nrrd", "vti", "vtk", "jnii", "bnii", "jdt",
+    ] {
         let path = folder.path().join("a").with_extension(extension);
         let axes = write(&path, &volume, "a").unwrap().axes;
         let dataset = Format::of(&path).unwrap().has_datasets().then_some("a");
@@ -71,6 +74,8 @@ fn valid_files() {
         // These formats hold the whole file in memory.
         let whole = match extension {
             "h5" | "vti" => samples,
+            // The text, and its bytes.
+            "jnii" | "bnii" | "jdt" => 2 * path.metadata().unwrap().len() as usize,
             _ => 0,
         };
         assert!(peak <= most + whole + SMALL, "{extension}: {peak} bytes");
@@ -93,6 +98,8 @@ fn parse(name: &str, bytes: &[u8]) {
         "nrrd" => nrrd::parse(bytes, ANY).ok(),
         "vti" => vti::parse(bytes, ANY).ok(),
         "vdb" => vdb::parse(bytes, ANY).ok(),
+        "jnii" | "bnii" => jnifti::parse(bytes, ANY).ok(),
+        "jdt" | "jdb" => jnifti::parse(bytes, ZYX.of("rho")).ok(),
         "nii" | "gz" => nifti::parse(bytes, ANY).ok(),
         _ => vtk::parse(bytes, ANY).ok(),
     };
@@ -126,6 +133,10 @@ fn damaged_files() {
         "single.vdb",
         "labels.nii",
         "labels.nii.gz",
+        "zlib.jnii",
+        "columns.jnii",
+        "zlib.bnii",
+        "arrays.jdb",
     ] {
         let file = made(name);
         for _ in 0..1000 {
@@ -193,6 +204,14 @@ fn huge_claims() {
         (
             "a.vtk",
             text("ascii.vtk", "POINT_DATA 24", "POINT_DATA 2000000000"),
+        ),
+        (
+            "a.jnii",
+            text(
+                "zlib.jnii",
+                "[2, 3, 4], \"_ArrayZip",
+                "[1000, 1000, 2000], \"_ArrayZip",
+            ),
         ),
     ] {
         let peak = peak(|| parse(name, &bytes));

@@ -153,8 +153,8 @@ pub enum Command {
         after_long_help = "Examples:\n  \
         morgana convert density.npy -o density.vti --axes xyz --spacing 0.1,0.1,0.2\n  \
         morgana convert kwave.h5 -o pressure.nrrd --dataset p_final --axes zyx --resample 64x64x32\n\n\
-        Extensions choose the formats: .vol, .npy, .npz, .h5 or .hdf5, .mat, .nrrd, .vti and .vtk \
-        (docs/scene-format.md). Numbers keep their type if the new format has it. The summary states whether values \
+        Extensions choose the formats: .vol, .npy, .npz, .h5 or .hdf5, .mat, .nrrd, .vti, .vtk, .jnii, .bnii \
+        and .jdt (docs/scene-format.md). Numbers keep their type if the new format has it. The summary states whether values \
         are rounded and whether the position in space is kept."
     )]
     Convert(ConvertArgs),

@@ -27,6 +27,10 @@ pub enum Format {
     Vdb,
     /// NIfTI file, also compressed; read only.
     Nifti,
+    /// JNIfTI file, as text or binary.
+    Jnifti,
+    /// JData file of arrays, as text or binary.
+    Jdata,
 }
 
 impl Format {
@@ -48,28 +52,33 @@ impl Format {
             "vtk" => Format::Vtk,
             "vdb" => Format::Vdb,
             "nii" => Format::Nifti,
+            "jnii" | "bnii" => Format::Jnifti,
+            "jdt" | "jdat" | "jdb" | "bjd" => Format::Jdata,
             _ => return None,
         })
     }
 
     /// Makes an error for a file with another extension.
     pub fn unknown() -> Problem {
-        let message = "volumes are .vol, .npy, .npz, .h5, .hdf5, .mat, .nrrd, .nhdr, .vti and .vtk, and .vdb, \
-                       .nii and .nii.gz to read; meshes (.vtu, .vtr, .vts, .vtm, .foam, .cgns) are resampled by \
+        let message = "volumes are .vol, .npy, .npz, .h5, .hdf5, .mat, .nrrd, .nhdr, .vti, .vtk, .jnii, .bnii, .jdt and \
+                       .jdb, and .vdb, .nii and .nii.gz to read; meshes (.vtu, .vtr, .vts, .vtm, .foam, .cgns) are resampled by \
                        python -m morgana.flow";
         Problem::Unsupported(message.into())
     }
 
     /// Returns true if the user must give the order of axes. An NRRD file may state it itself.
     pub fn needs_axis_order(self) -> bool {
-        matches!(self, Format::Npy | Format::Npz | Format::Hdf5 | Format::Mat)
+        matches!(
+            self,
+            Format::Npy | Format::Npz | Format::Hdf5 | Format::Mat | Format::Jdata
+        )
     }
 
     /// Returns true if the format itself defines the order of axes.
     pub fn has_axis_order(self) -> bool {
         matches!(
             self,
-            Format::Vol | Format::Vti | Format::Vtk | Format::Vdb | Format::Nifti
+            Format::Vol | Format::Vti | Format::Vtk | Format::Vdb | Format::Nifti | Format::Jnifti
         )
     }
 
@@ -82,7 +91,13 @@ impl Format {
     pub fn has_datasets(self) -> bool {
         matches!(
             self,
-            Format::Npz | Format::Hdf5 | Format::Mat | Format::Vti | Format::Vtk | Format::Vdb
+            Format::Npz
+                | Format::Hdf5
+                | Format::Mat
+                | Format::Vti
+                | Format::Vtk
+                | Format::Vdb
+                | Format::Jdata
         )
     }
 

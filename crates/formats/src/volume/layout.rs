@@ -179,6 +179,13 @@ impl Layout {
         }
     }
 
+    /// Returns zeros for all values, with [`Self::room`]. The caller has checked the memory.
+    pub(super) fn zeros<T: Sample>(&self) -> Vec<T> {
+        let mut data = Vec::with_capacity(self.room());
+        data.resize(self.count(), T::nearest(0.0));
+        data
+    }
+
     /// Reads values. The caller has checked the memory.
     pub(super) fn read<T: Sample>(
         &self,

@@ -1,6 +1,7 @@
 //! Grids of values in space.
 
 pub mod hdf5;
+pub mod jnifti;
 pub mod mat;
 pub mod nifti;
 pub mod npy;
@@ -292,12 +293,13 @@ impl<T: Sample> Volume<T> {
             Some(Format::Vtk) => vtk::read(path, options),
             Some(Format::Vdb) => vdb::read(path, options),
             Some(Format::Nifti) => nifti::read(path, options),
+            Some(Format::Jnifti | Format::Jdata) => jnifti::read(path, options),
             None => Err(Format::unknown().at(path)),
         }
     }
 }
 
-/// Returns the names of the volumes in a VTK or OpenVDB file; empty for other formats, whose arrays
+/// Returns the names of the volumes in a VTK, OpenVDB or JData file; empty for other formats, whose arrays
 /// need not be volumes.
 ///
 /// # Errors
@@ -307,6 +309,7 @@ pub fn names(path: &Path) -> Result<Vec<String>, FileError> {
         Some(Format::Vti) => vti::names(path),
         Some(Format::Vtk) => vtk::names(path),
         Some(Format::Vdb) => vdb::names(path),
+        Some(Format::Jdata) => jnifti::names(path),
         _ => Ok(Vec::new()),
     }
 }

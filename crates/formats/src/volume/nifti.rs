@@ -283,18 +283,11 @@ impl Fields {
                 nodes: false,
             }
         } else if self.code([252, 344]) > 0 {
-            let v = DVec3::from_array([0, 1, 2].map(|i| self.real([256, 352], i)));
-            let w = (1.0 - v.length_squared()).max(0.0).sqrt();
-            let turn = DMat3::from_quat(DQuat::from_xyzw(v.x, v.y, v.z, w).normalize());
+            let quaternion = DVec3::from_array([0, 1, 2].map(|i| self.real([256, 352], i)));
             let left = self.real([76, 104], 0) < 0.0;
-            let spacing = if left {
-                spacing.with_z(-spacing.z)
-            } else {
-                spacing
-            };
             VolumeFrame {
                 first: DVec3::from_array([3, 4, 5].map(|i| self.real([256, 352], i))),
-                steps: turn * DMat3::from_diagonal(spacing),
+                steps: turned(quaternion, spacing, left),
                 nodes: false,
             }
         } else {
@@ -324,6 +317,20 @@ impl Fields {
             .into(),
         )
     }
+}
+
+/// Returns the steps of samples that a quaternion turns, given by its imaginary parts. The third
+/// axis is mirrored if the voxels are left-handed.
+pub(super) fn turned(quaternion: DVec3, spacing: DVec3, left: bool) -> DMat3 {
+    let v = quaternion;
+    let w = (1.0 - v.length_squared()).max(0.0).sqrt();
+    let turn = DMat3::from_quat(DQuat::from_xyzw(v.x, v.y, v.z, w).normalize());
+    let spacing = if left {
+        spacing.with_z(-spacing.z)
+    } else {
+        spacing
+    };
+    turn * DMat3::from_diagonal(spacing)
 }
 
 /// Returns the type of numbers with a code.

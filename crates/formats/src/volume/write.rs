@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{AxisOrder, Format, Sample, Volume, hdf5, mat, npy, npz, nrrd, vol, vti, vtk};
+use super::{AxisOrder, Format, Sample, Volume, hdf5, jnifti, mat, npy, npz, nrrd, vol, vti, vtk};
 use crate::element::Element;
 use crate::error::{FileError, Problem};
 
@@ -45,6 +45,7 @@ pub fn write<T: Sample>(path: &Path, volume: &Volume<T>, name: &str) -> Result<S
         Format::Nrrd => nrrd::write(path, volume),
         Format::Vti => vti::write(path, volume, name),
         Format::Vtk => vtk::write(path, volume, name),
+        Format::Jnifti | Format::Jdata => jnifti::write(path, volume, name),
         Format::Vdb | Format::Nifti => Err(Format::unknown().at(path)),
     }?;
     Ok(stored)
@@ -67,13 +68,13 @@ fn stored<T: Sample>(format: Format, volume: &Volume<T>) -> Result<Stored, Probl
         element,
         rounding,
         place: match format {
-            Format::Nrrd | Format::Vti => true,
+            Format::Nrrd | Format::Vti | Format::Jnifti => true,
             Format::Vol | Format::Vtk => !turned,
             _ => false,
         },
         axes: match format {
             Format::Npy | Format::Npz | Format::Hdf5 => Some(AxisOrder::ZYX),
-            Format::Mat => Some(AxisOrder::XYZ),
+            Format::Mat | Format::Jdata => Some(AxisOrder::XYZ),
             _ => None,
         },
     })

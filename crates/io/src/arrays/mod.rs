@@ -4,6 +4,7 @@
 //! the last axis runs fastest.
 
 mod hdf5;
+mod jdata;
 mod mat;
 mod npy_file;
 mod npz;
@@ -205,7 +206,7 @@ impl Arrays {
     }
 
     /// Reads all arrays of a file. In `.npy`, `.npz`, HDF5 (all groups, with paths as names) and
-    /// MATLAB's `.mat`, units and axes come from [`Arrays::write`]; without them, axes are
+    /// MATLAB's `.mat`, and JData files, units and axes come from [`Arrays::write`]; without them, axes are
     /// numbered. Files with other extensions give volumes with axes z, y, x and their channels.
     /// Complex numbers have a last axis of length 2. Positions of arrays are not read.
     ///
@@ -220,6 +221,7 @@ impl Arrays {
             Some(Format::Hdf5) => hdf5::read(path, limits),
             Some(Format::Mat) => mat::read(path, limits),
             Some(Format::Npy) => npy_file::read(path, limits),
+            Some(Format::Jdata) => jdata::read(path, limits),
             Some(_) => volume::read(path, limits),
         };
         read.and_then(|read| read.of_file())

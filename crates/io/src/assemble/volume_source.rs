@@ -266,7 +266,7 @@ fn dataset(format: Option<Format>, query: &mut Query) -> Option<String> {
     let named = query.has("dataset");
     match format {
         Some(format) if named && !format.has_datasets() => {
-            let message = "only .npz, HDF5, .mat, .vti and .vtk files hold several";
+            let message = "only .npz, HDF5, .mat, .vti, .vtk and .jdt files hold several";
             query.error("dataset", message);
             None
         }

@@ -4,7 +4,7 @@ use crate::common;
 use morgana_io::arrays::Arrays;
 use morgana_io::volume::series::{FrameSums, SeriesShape};
 use morgana_io::volume::{
-    AxisOrder, Options, hdf5, mat, nifti, npy, npz, nrrd, vdb, vol, vti, vtk,
+    AxisOrder, Options, hdf5, jnifti, mat, nifti, npy, npz, nrrd, vdb, vol, vti, vtk,
 };
 use morgana_io::{Diagnostics, FileRegistry, Limits, PluginKind, Problem, Query, ies, mesh, xml};
 use proptest::prelude::*;
@@ -516,6 +516,18 @@ proptest! {
     ) {
         for bytes in [plain, compressed, second] {
             let _ = nifti::parse::<f32>(&bytes, Options::default());
+        }
+    }
+
+    #[test]
+    fn jnifti_of_damaged_files(
+        text in damaged(made("zlib.jnii")),
+        binary in damaged(made("zlib.bnii")),
+        arrays in damaged(made("arrays.jdb")),
+        bytes in after(vec![vec![], b"{U\x01a".to_vec(), b"{U\x09NIFTIData[".to_vec()]),
+    ) {
+        for bytes in [text, binary, arrays, bytes] {
+            let _ = jnifti::parse::<f32>(&bytes, Options::default());
         }
     }
 

@@ -81,6 +81,7 @@ mod units;
 mod unscattered;
 mod volumes;
 mod volumes_in_scenes;
+mod volumes_jnifti;
 mod volumes_nifti;
 mod volumes_of_others;
 mod volumes_vdb;

@@ -228,6 +228,12 @@ fn volumes_of_jdata() {
             labels.extend((0..2).map(|z| label(x, y, z)));
         }
     }
+    let mut columns = Vec::new();
+    for z in 0..2 {
+        for y in 0..3 {
+            columns.extend((0..4).map(|x| label(x, y, z)));
+        }
+    }
     let wide: Vec<u8> = labels
         .iter()
         .flat_map(|v| u16::from(*v).to_le_bytes())
@@ -236,6 +242,8 @@ fn volumes_of_jdata() {
         json!({"_ArrayType_": "uint8", "_ArraySize_": [4, 3, 2], "_ArrayZipType_": "zlib", "_ArrayZipSize_": [1, 24], "_ArrayZipData_": zlib(&labels)}),
         json!({"_ArrayType_": "int16", "_ArraySize_": [4, 3, 2], "_ArrayZipType_": "gzip", "_ArrayZipData_": gzip(&wide)}),
         json!({"_ArrayType_": "uint8", "_ArraySize_": [4, 3, 2], "_ArrayData_": labels}),
+        json!({"_ArrayType_": "uint8", "_ArraySize_": [4, 3, 2], "_ArrayData_": STANDARD.encode(&labels)}),
+        json!({"_ArrayType_": "uint8", "_ArraySize_": [4, 3, 2], "_ArrayOrder_": "c", "_ArrayData_": columns}),
     ] {
         let folder = tempfile::tempdir().unwrap();
         let loaded = load_in(folder.path(), &input(&pencil, &shapes))
@@ -262,6 +270,11 @@ fn volumes_of_jdata() {
         let mut named = input(&pencil, &shapes);
         named.as_object_mut().unwrap().remove("Shapes");
         named["Domain"]["VolumeFile"] = json!("labels.json");
+        load_in(folder.path(), &named).unwrap();
+        // A volume file of JNIfTI has the same array.
+        let image = json!({"NIFTIHeader": {"VoxelSize": [1, 1, 1]}, "NIFTIData": shapes});
+        fs::write(folder.path().join("labels.jnii"), image.to_string()).unwrap();
+        named["Domain"]["VolumeFile"] = json!("labels.jnii");
         load_in(folder.path(), &named).unwrap();
     }
 }
@@ -315,8 +328,8 @@ fn mistakes() {
             "2 numbers",
         ),
         (
-            json!({"_ArrayType_": "uint8", "_ArraySize_": [1, 3, 2], "_ArrayOrder_": "c", "_ArrayData_": [1, 2]}),
-            "morgana does not support '_ArrayOrder_'",
+            json!({"_ArrayType_": "uint8", "_ArraySize_": [1, 3, 2], "_ArrayOrder_": "x", "_ArrayData_": [1, 2, 1, 2, 1, 2]}),
+            "_ArrayOrder_ is 'x'",
         ),
     ];
     let pencil = json!({"Pos": [1, 1, -1], "Dir": [0, 0, 1]});

@@ -6,7 +6,9 @@ use glam::{DMat3, DVec3};
 use morgana_io::element::Element;
 use morgana_io::volume::{AxisOrder, Format, Options, Volume, VolumeFrame, write};
 
-const FORMATS: [&str; 8] = ["vol", "npy", "npz", "h5", "mat", "nrrd", "vti", "vtk"];
+const FORMATS: [&str; 12] = [
+    "vol", "npy", "npz", "h5", "mat", "nrrd", "vti", "vtk", "jnii", "bnii", "jdt", "jdb",
+];
 
 /// Values that a type represents exactly: quarters in floating point, integers otherwise.
 fn sample(element: Element, channels: usize) -> Volume<f64> {
@@ -73,6 +75,8 @@ fn types_that_formats_have() {
             Format::Nrrd,
             Format::Vti,
             Format::Vtk,
+            Format::Jnifti,
+            Format::Jdata,
         ] {
             let expected = if element == Element::F16 {
                 Element::F32
@@ -124,6 +128,8 @@ fn turned_grids() {
     for (format, kept) in [
         ("nrrd", true),
         ("vti", true),
+        ("jnii", true),
+        ("bnii", true),
         ("vtk", false),
         ("vol", false),
     ] {
