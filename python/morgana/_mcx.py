@@ -51,7 +51,8 @@ def load_mcx(cfg: Mapping[str, Any], /, *, weight_windows: bool = False) -> Scen
     Parameters
     ----------
     cfg : mapping
-        ``vol`` (labels ``[x, y, z]``), ``prop`` (rows of mua, mus, g, n), ``srcpos``, ``srcdir``.
+        ``vol`` (labels ``[x, y, z]``, or coefficients ``[1, 2 or 4, x, y, z]``: mua, then mus, then
+        g and n), ``prop`` (rows of mua, mus, g, n), ``srcpos``, ``srcdir``.
         Optional are ``srctype``, ``srcparam1``, ``srcparam2``, ``srcpattern`` (``[column, row]``),
         ``srcid``, ``nphoton``, ``tstart``, ``tend``, ``tstep``, ``unitinmm``, ``isreflect``,
         ``issrcfrom0`` (0, as in MCX: the first voxel begins at 1, 1, 1), and ``bc`` if it agrees
@@ -77,7 +78,7 @@ def load_mcx(cfg: Mapping[str, Any], /, *, weight_windows: bool = False) -> Scen
         A required key is missing, or a value is not supported.
     ValueError
         An unknown key or ``outputtype``. Values that request another result than the fluence of
-        ``nphoton`` photons. ``vol`` without three axes. Rows of ``detpos`` without four numbers.
+        ``nphoton`` photons. ``vol`` without three or four axes. Rows of ``detpos`` without four numbers.
     TypeError
         Not a dictionary, or an array that is not of real numbers.
 
@@ -115,7 +116,7 @@ def load_mcx(cfg: Mapping[str, Any], /, *, weight_windows: bool = False) -> Scen
         forward["WeightWindows"] = True
     domain = {"OriginType": left.pop("issrcfrom0", 0), **_taken(left, {"unitinmm": "LengthUnit"})}
     if "vol" in left:
-        domain["Volume"] = _labels(left.pop("vol"))
+        domain.update(_volume(left.pop("vol")))
     if "prop" in left:
         domain["Media"] = np.asarray(left.pop("prop"))
     session = _taken(left, SESSION)
@@ -180,12 +181,22 @@ def _shapes(given: Any) -> Any:
     return shapes
 
 
-def _labels(vol: Any) -> NDArray[Any]:
-    """Returns the labels of voxels."""
+FORMATS = {(2, "f2"): "muamus_half", (2, "u2"): "muamus_short", (4, "u1"): "asgn_byte"}
+"""Number of coefficients of a voxel and type of the numbers, and their format in input files."""
+
+
+def _volume(vol: Any) -> Dict[str, Any]:
+    """Returns the labels of voxels ``[x, y, z]``, or their coefficients ``[coefficient, x, y, z]``
+    with their format."""
+    if np.ndim(vol) == 4:
+        coefficients = np.asarray(vol)
+        kind = coefficients.dtype.newbyteorder("=").str[1:]
+        found = FORMATS.get((len(coefficients), kind))
+        return {"Volume": coefficients.astype(np.float32), **({"MediaFormat": found} if found else {})}
     labels = np.asarray(in_order(vol, "cfg['vol']", "xyz"))
     if labels.ndim != 3:
-        raise ValueError(f"cfg['vol'] has the shape {labels.shape} but must be labels [x, y, z]: morgana does not support volumes of coefficients")
-    return labels
+        raise ValueError(f"cfg['vol'] has the shape {labels.shape} but must be labels [x, y, z], or coefficients [1, 2 or 4, x, y, z]")
+    return {"Volume": labels}
 
 
 def _detectors(detpos: Any) -> NDArray[np.float64]:

@@ -48,7 +48,7 @@ def test_arrays_have_their_shapes():
     for wrong, said in [
         ({"detpos": np.ones((4, 3))}, r"cfg\['detpos'\] has the shape \(4, 3\) but must be rows of four numbers"),
         ({"detpos": np.ones((1, 1, 4))}, r"cfg\['detpos'\] has the shape"),
-        ({"vol": VOL[None]}, r"cfg\['vol'\] has the shape \(1, 6, 8, 10\) but must be labels"),
+        ({"vol": VOL[0]}, r"cfg\['vol'\] has the shape \(8, 10\) but must be labels"),
     ]:
         with pytest.raises(ValueError, match=said):
             morgana.load_mcx(configuration(**wrong))
@@ -60,6 +60,24 @@ def test_arrays_have_their_shapes():
         morgana.load_mcx(configuration(**pattern, srcpattern=[[1j, 2], [3, 4], [5, 6]]))
     with pytest.raises(TypeError, match="expected a configuration as a dictionary, found list"):
         morgana.load_mcx([1])
+
+
+def test_volumes_of_coefficients():
+    mua, mus = (np.array(PROP)[VOL, k] for k in (0, 1))
+    mus[0, 0, 0] = np.nan
+    same = [[0, 0, 1, 1], [0.01, 1.0, 0.5, 1.37]]
+    volumes = {
+        "muamus_float": (np.stack([mua, mus]), same),
+        "mua_float": (mua[None].astype(np.float32), same),
+        "asgn_byte": (np.stack([np.where(VOL == 2, 255, 1)] * 4).astype(np.uint8), PROP),
+        "muamus_short": (np.stack([np.where(VOL == 2, 65535, 1)] * 2).astype(np.uint16), [*same, [0.05, 2.0, 0.5, 1.37]]),
+    }
+    for name, (vol, prop) in volumes.items():
+        measured = morgana.render(morgana.load_mcx(configuration(vol=vol, prop=prop)), seed=1)
+        assert measured.meters["fluence"].mean.shape == (10, 8, 6), name
+        assert measured.meters["absorbed"].mean.sum() > 0, name
+    with pytest.raises(morgana.SceneError, match="a volume of 3 numbers for each voxel"):
+        morgana.load_mcx(configuration(vol=np.ones((3, 6, 8, 10))))
 
 
 def test_named_axes_are_put_in_order():

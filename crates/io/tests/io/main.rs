@@ -40,6 +40,7 @@ mod lints;
 mod locks;
 mod long_numbers;
 mod mcx;
+mod mcx_coefficients;
 mod mcx_sources;
 mod meshes;
 mod meters;

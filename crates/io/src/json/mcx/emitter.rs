@@ -44,7 +44,16 @@ pub(super) fn emitters(
         reader.error(node, message);
         return None;
     }
-    let sources = wanted(Source::all(node, place, labels, reader)?, node, reader)?;
+    let mut sources = wanted(Source::all(node, place, labels, reader)?, node, reader)?;
+    let kind = if kind == "pencilarray" {
+        let beams = sources.iter().map(|source| source.beams(labels)).collect();
+        let beams: Result<Vec<Vec<Source>>, String> = beams;
+        let beams = beams.map_err(|message| reader.error(node, message)).ok()?;
+        sources = beams.into_iter().flatten().collect();
+        "pencil".to_owned()
+    } else {
+        kind
+    };
     let mut patterns = Vec::with_capacity(sources.len());
     for source in &sources {
         let made = pattern::of(&kind, source, node, reader);
@@ -107,8 +116,9 @@ impl Source {
             "planar" => self.rectangle(self.sides(), power, unit),
             "slit" if q == [0.0; 4] => self.slit(power, unit),
             _ => Err(
-                "sources are pencil, isotropic, cone, gaussian, disk, planar, pattern, fourier, fourierx, fourierx2d and slit, \
-                 without second parameters that change their form"
+                "sources are pencil, pencilarray, isotropic, cone, gaussian, disk, planar, pattern, fourier, fourierx, fourierx2d \
+                 and slit, without second parameters that change their form; for others write a scene \
+                 (docs/guides/tissue-optics.md#sources)"
                     .to_owned(),
             ),
         }

@@ -6,6 +6,7 @@
 //! A scene unit is a millimetre. A field that morgana does not read is an error if it would change
 //! the result, otherwise a warning.
 
+mod coefficients;
 mod detectors;
 mod emitter;
 mod jdata;
@@ -23,12 +24,13 @@ use detectors::Recording;
 use labels::Labels;
 use reader::{Reader, field, numbers, rows};
 use serde_json::{Value, json};
+use volume::Voxels;
 
 /// Speed of light in millimetres per second.
 const LIGHT: f64 = 2.997_924_58e11;
 
 /// Fields of the domain that morgana reads.
-const DOMAIN: [&str; 9] = [
+const DOMAIN: [&str; 10] = [
     "VolumeFile",
     "Volume",
     "Dim",
@@ -36,17 +38,17 @@ const DOMAIN: [&str; 9] = [
     "LengthUnit",
     "Media",
     "MediaFormat",
+    "ArrayOrder",
     "Step",
     "Name",
 ];
 
 /// Fields of a session that only change files, devices or messages.
-const SESSION: [&str; 19] = [
+const SESSION: [&str; 18] = [
     "BlockSize",
     "DebugFlag",
     "DoAutoThread",
     "DoSaveExit",
-    "DoSaveRef",
     "DoSaveSeed",
     "DoSaveVolume",
     "DoDCS",
@@ -81,16 +83,12 @@ pub(super) fn scene(root: &Node, limits: Limits, diagnostics: &mut Diagnostics) 
     reader.known(domain, &DOMAIN, &["CacheBoxP0", "CacheBoxP1"]);
     reader.known(optode, &["Source", "Detector"], &[]);
     let unit = reader.number_or(domain, "LengthUnit", 1.0);
-    reader.only(
-        domain,
-        "MediaFormat",
-        |v| matches!(&v.json, Json::String(s) if s == "byte"),
-    );
     reader.only(domain, "Step", |v| {
         numbers(v).is_some_and(|v| v.iter().all(|v| *v == 1.0))
     });
     let media = reader.media(domain);
-    let labels = volume::labels(root, domain, &mut reader);
+    let voxels = volume::voxels(root, domain, (media.as_deref(), unit), &mut reader);
+    let labels = voxels.as_ref().map(Voxels::labels);
     let from_zero = reader.number_or(domain, "OriginType", 0.0) != 0.0;
     let place = Place {
         unit,
@@ -100,7 +98,7 @@ pub(super) fn scene(root: &Node, limits: Limits, diagnostics: &mut Diagnostics) 
     if source.is_none() {
         reader.error(optode, "Optode needs a Source");
     }
-    let sources = source.and_then(|s| emitter::emitters(s, &place, labels.as_ref(), &mut reader));
+    let sources = source.and_then(|s| emitter::emitters(s, &place, labels, &mut reader));
     let settings = reader.settings(root);
     let detectors = field(optode, "Detector");
     let detectors = detectors.map_or_else(Vec::new, |node| {
@@ -109,13 +107,21 @@ pub(super) fn scene(root: &Node, limits: Limits, diagnostics: &mut Diagnostics) 
     if reader.diagnostics.error_count() > errors {
         return None;
     }
-    let (labels, media, sources) = (labels?, media?, sources?);
-    let cells = cells(&labels, unit, &settings);
+    let (voxels, media, sources) = (voxels?, media?, sources?);
+    let labels = voxels.labels();
+    let edges = labels.size.map(|n| n as f64 * unit);
+    let cells = cells(labels, unit, &settings);
     let mut tissue = json!({
         "type": "labels",
-        "to_world": [{"scale": labels.size.map(|n| n as f64 * unit)}],
+        "to_world": [{"scale": edges}],
         "refraction": settings.refraction,
     });
+    if settings.measures_surface {
+        tissue["boundary"] = json!({
+            "type": "irradiancemeter", "id": "surface", "normalization": "per_watt", "sampler": settings.sampler(),
+            "records": true, "max_records": settings.photons,
+        });
+    }
     for (i, mut detector) in detectors.into_iter().enumerate() {
         let name = format!("detector{}", i + 1);
         detector["id"] = json!(name);
@@ -141,9 +147,20 @@ pub(super) fn scene(root: &Node, limits: Limits, diagnostics: &mut Diagnostics) 
         };
         push(&mut scene, &name, source.json);
     }
-    if let Some(tissue) = field_mut(&mut scene, "tissue") {
-        push(tissue, "data", Json::Tensor(labels.into_tensor()?));
-        push(tissue, "properties", Json::Tensor(media));
+    let tissue = field_mut(&mut scene, "tissue")?;
+    match voxels {
+        Voxels::Labels(labels) => {
+            push(tissue, "data", Json::Tensor(labels.into_tensor()?));
+            push(tissue, "properties", Json::Tensor(media));
+        }
+        Voxels::Coefficients(coefficients) => {
+            if settings.refraction && media.get(3) != 1.0 {
+                let message = "with coefficients of voxels, the n of medium 0 must be 1: divide all indices by it";
+                reader.error(domain, message);
+                return None;
+            }
+            coefficients.add_to(tissue, edges)?;
+        }
     }
     Some(scene)
 }
@@ -171,6 +188,8 @@ struct Settings {
     gates: [f64; 3],
     /// True if weight windows equalise the errors of early and late gates. MCX has no such setting.
     weight_windows: bool,
+    /// True if a meter `surface` keeps records of all light that leaves.
+    measures_surface: bool,
     recording: Recording,
 }
 

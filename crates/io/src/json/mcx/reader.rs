@@ -49,9 +49,7 @@ impl Reader<'_> {
     /// Reports an error if a field has a value that is not as it `must` be.
     pub(super) fn only(&mut self, node: &Node, key: &str, must: impl Fn(&Node) -> bool) {
         if let Some(value) = field(node, key).filter(|v| !must(v)) {
-            let message = format!(
-                "morgana does not support this {key}: give LengthUnit, and a byte for each voxel"
-            );
+            let message = format!("morgana does not support this {key}: give LengthUnit");
             self.error(value, message);
         }
     }
@@ -164,7 +162,9 @@ impl Reader<'_> {
             "DoMismatch",
             "DoNormalize",
             "DoPartialPath",
+            "DoSaveRef",
             "DoSpecular",
+            "BCFlags",
             "MaxDetPhoton",
             "MaxDetPhotons",
             "OutputType",
@@ -184,6 +184,7 @@ impl Reader<'_> {
         }
         let refraction = self.number_or(session, "DoMismatch", 1.0) != 0.0;
         self.specular(session, refraction);
+        self.sides(session, refraction);
         let most = self.number_or(session, "MaxDetPhotons", 1e6);
         let t0 = self.number_or(forward, "T0", 0.0);
         let t1 = self.number_or(forward, "T1", 5e-9);
@@ -206,6 +207,7 @@ impl Reader<'_> {
             refraction,
             gates: [t0, t1, dt.min(t1 - t0)],
             weight_windows: self.number_or(forward, "WeightWindows", 0.0) != 0.0,
+            measures_surface: self.number_or(session, "DoSaveRef", 0.0) != 0.0,
             recording: Recording {
                 wanted: self.number_or(session, "DoPartialPath", 1.0) != 0.0,
                 most: self.number_or(session, "MaxDetPhoton", most).max(1.0) as i64,
@@ -235,6 +237,38 @@ impl Reader<'_> {
                 self.diagnostics.push(warning.at(&node.location));
             }
             _ => {}
+        }
+    }
+
+    /// Reports sides of the volume (option --bc) that do not act like all other faces of voxels.
+    fn sides(&mut self, session: &Node, refraction: bool) {
+        let Some(node) = field(session, "BCFlags") else {
+            return;
+        };
+        let Json::String(flags) = &node.json else {
+            return self.error(node, "BCFlags must be a text of 6 or 12 letters");
+        };
+        for (i, letter) in flags.to_ascii_lowercase().chars().enumerate() {
+            let advice = match (i, letter) {
+                (0..6, '_') | (6..12, '0' | '1' | '_') => continue,
+                (0..6, 'r') if refraction => continue,
+                (0..6, 'a') if !refraction => continue,
+                (0..6, 'r' | 'a') => {
+                    "sides act like all faces: set DoMismatch (isreflect, -b) to 1 for r, or to 0 for a"
+                }
+                (0..6, 'c') => {
+                    "for a layer without sides, make the volume so wide that little light reaches its sides"
+                }
+                (0..6, 'm') => {
+                    "for symmetric volumes and sources, give the whole volume instead of a mirror"
+                }
+                _ => "give six letters of _, r and a, and then six digits 0 or 1",
+            };
+            let message = format!(
+                "BCFlags (bc): morgana does not support the letter '{letter}' at place {}: {advice}",
+                i + 1
+            );
+            return self.error(node, message);
         }
     }
 

@@ -9,6 +9,9 @@ use glam::DVec3;
 /// MCX starts photons in this voxel.
 const INWARD: f64 = 1e-4;
 
+/// Largest number of beams of an array of pencil beams.
+const MAX_BEAMS: f64 = 10_000.0;
+
 /// A source of a file.
 pub(super) struct Source {
     /// Position in voxels from the volume's corner, inside the voxel that contains it.
@@ -89,6 +92,33 @@ impl Source {
             sources.push(source);
         }
         Some(sources)
+    }
+
+    /// Returns the beams of an array of pencil beams. The fourth parameters are the numbers of beams
+    /// along the sides; the outermost beams are at the corners.
+    pub(super) fn beams(&self, labels: Option<&Labels>) -> Result<Vec<Self>, String> {
+        let counts = [self.first[3], self.second[3]];
+        let is_count = |n: f64| n.fract() == 0.0 && n >= 1.0;
+        if !counts.into_iter().all(is_count) || counts[0] * counts[1] > MAX_BEAMS {
+            return Err(format!(
+                "the fourth numbers of Param1 and Param2 of a pencilarray must be numbers of beams, at most {MAX_BEAMS} in all"
+            ));
+        }
+        let sides = self.sides();
+        let at = |i: usize, k: usize| {
+            let part = |i: usize, n: f64| i as f64 / (n - 1.0).max(1.0);
+            self.position + part(i, counts[0]) * sides[0] + part(k, counts[1]) * sides[1]
+        };
+        let [across, up] = counts.map(|n| n as usize);
+        let places = (0..across).flat_map(|i| (0..up).map(move |k| (i, k)));
+        let beam = |(i, k)| Source {
+            position: inside(at(i, k), labels),
+            direction: self.direction,
+            first: [0.0; 4],
+            second: [0.0; 4],
+            weight: self.weight / (counts[0] * counts[1]),
+        };
+        Ok(places.map(beam).collect())
     }
 
     /// Returns the sides of the parallelogram that the parameters span.

@@ -1,46 +1,118 @@
-//! Labels of a volume, from a file and from shapes drawn into the volume.
+//! Labels or coefficients of a volume, from a file, and shapes drawn into the volume.
 
 use super::super::tree::{self, Json, Node};
+use super::coefficients::{Base, Coefficients, MediaFormat};
 use super::labels::Labels;
 use super::{Reader, field, jdata, numbers, shapes};
 use crate::draft;
-use crate::element::Element;
-use crate::input;
+use crate::input::{self, Limits};
 use crate::scene::Tensor;
 use crate::volume::{AxisOrder, Format, Options, Volume};
 use glam::DVec3;
 use std::path::Path;
 
-/// Returns the labels that a file describes; `None` after an error.
-pub(super) fn labels(root: &Node, domain: &Node, reader: &mut Reader) -> Option<Labels> {
-    let size = field(domain, "Dim").and_then(numbers).and_then(sizes);
+/// Voxels of a volume.
+pub(super) enum Voxels {
+    Labels(Labels),
+    Coefficients(Coefficients),
+}
+
+impl Voxels {
+    /// Returns the labels; with coefficients, label 0 is outside.
+    pub(super) fn labels(&self) -> &Labels {
+        match self {
+            Voxels::Labels(labels) => labels,
+            Voxels::Coefficients(coefficients) => &coefficients.labels,
+        }
+    }
+}
+
+/// Content of a volume as the domain states it.
+struct Stated<'a> {
+    size: Option<[usize; 3]>,
+    /// Coordinates of the first voxel's corner.
+    origin: DVec3,
+    format: MediaFormat,
+    /// True if z runs fastest in raw files.
+    rows_first: bool,
+    media: Option<&'a Tensor>,
+    unit: f64,
+}
+
+/// Returns the voxels that a file describes; `None` after an error.
+pub(super) fn voxels(
+    root: &Node,
+    domain: &Node,
+    (media, unit): (Option<&Tensor>, f64),
+    reader: &mut Reader,
+) -> Option<Voxels> {
     // Count the voxels of shapes from 1, unless positions count from 0, as MCX does.
     let from_zero = reader.number_or(domain, "OriginType", 0.0) != 0.0;
-    let origin = if from_zero { DVec3::ZERO } else { DVec3::ONE };
-    let mut labels = match field(domain, "VolumeFile") {
+    let stated = Stated {
+        size: field(domain, "Dim").and_then(numbers).and_then(sizes),
+        origin: if from_zero { DVec3::ZERO } else { DVec3::ONE },
+        format: format(domain, reader)?,
+        rows_first: rows_first(domain, reader)?,
+        media,
+        unit,
+    };
+    let mut voxels = match field(domain, "VolumeFile") {
         Some(Node {
             json: Json::String(name),
             ..
         }) if name.is_empty() => None,
-        Some(file) => Some(from_file(file, size, origin, reader)?),
+        Some(file) => Some(from_file(file, &stated, reader)?),
         None => None,
     };
     if let Some(held) = field(domain, "Volume") {
-        labels = Some(held_by(held, reader)?);
+        voxels = Some(held_by(held, &stated, reader)?);
     }
-    if labels.is_none() {
-        labels = filled(size, domain, reader)?;
+    if voxels.is_none() {
+        voxels = filled(stated.size, domain, reader)?.map(Voxels::Labels);
     }
     if let Some(shapes) = field(root, "Shapes") {
-        labels = drawn(shapes, labels, origin, reader);
+        voxels = drawn(shapes, voxels, &stated, reader);
     }
-    if labels.is_none() {
+    if voxels.is_none() {
         reader.error(
             domain,
             "Domain needs a VolumeFile or Shapes, and Dim, the numbers of voxels",
         );
     }
-    labels
+    voxels
+}
+
+/// Returns the layout of voxels; `None` after an error.
+fn format(domain: &Node, reader: &mut Reader) -> Option<MediaFormat> {
+    let Some(value) = field(domain, "MediaFormat") else {
+        return Some(MediaFormat::Byte);
+    };
+    let found = MediaFormat::of(value);
+    if found.is_none() {
+        let message = "MediaFormat must be byte, short, integer, mua_float, muamus_float, muamus_half, muamus_short, asgn_float \
+                       or asgn_byte; for svmc, mixlabel and labelplus give the labels, and surface smooth in a scene of your own";
+        reader.error(value, message);
+    }
+    found
+}
+
+/// Returns true if z runs fastest in raw files (`ArrayOrder`, option -a of MCX); `None` after an
+/// error.
+fn rows_first(domain: &Node, reader: &mut Reader) -> Option<bool> {
+    let Some(value) = field(domain, "ArrayOrder") else {
+        return Some(false);
+    };
+    match &value.json {
+        Json::String(order) if order == "r" => Some(true),
+        Json::String(order) if order == "c" => Some(false),
+        _ => {
+            reader.error(
+                value,
+                "ArrayOrder must be c (x runs fastest) or r (z runs fastest)",
+            );
+            None
+        }
+    }
 }
 
 /// Returns a volume of label 0 if a size is given; `None` after an error.
@@ -55,25 +127,35 @@ fn filled(size: Option<[usize; 3]>, at: &Node, reader: &mut Reader) -> Option<Op
 /// Draws shapes over labels, or reads an array that replaces the labels.
 fn drawn(
     shapes: &Node,
-    start: Option<Labels>,
-    origin: DVec3,
+    start: Option<Voxels>,
+    stated: &Stated,
     reader: &mut Reader,
-) -> Option<Labels> {
+) -> Option<Voxels> {
     if jdata::is_one(shapes) {
-        annotated(shapes, reader)
-    } else {
-        shapes::draw(shapes, start, origin, reader)
+        return annotated(shapes, stated, reader);
     }
+    let labels = match start {
+        Some(Voxels::Labels(labels)) => Some(labels),
+        None => None,
+        Some(Voxels::Coefficients(_)) => {
+            reader.error(
+                shapes,
+                "shapes have labels, which a volume of coefficients does not have: draw them into the volume before",
+            );
+            return None;
+        }
+    };
+    shapes::draw(shapes, labels, stated.origin, reader).map(Voxels::Labels)
 }
 
-/// Returns the labels in an array `[x, y, z]` that a program hands over.
-fn held_by(held: &Node, reader: &mut Reader) -> Option<Labels> {
+/// Returns the voxels in an array `[x, y, z]` or `[channel, x, y, z]` that a program hands over.
+fn held_by(held: &Node, stated: &Stated, reader: &mut Reader) -> Option<Voxels> {
     match &held.json {
         Json::Tensor(_) | Json::Array(_) => {
             let array = reader.array(held)?;
-            from_array(&array, held, reader)
+            from_array(&array, stated, held, reader)
         }
-        _ if jdata::is_one(held) => annotated(held, reader),
+        _ if jdata::is_one(held) => annotated(held, stated, reader),
         _ => {
             reader.error(held, "Volume must be an array of labels [x, y, z]");
             None
@@ -81,25 +163,90 @@ fn held_by(held: &Node, reader: &mut Reader) -> Option<Labels> {
     }
 }
 
-/// Returns the labels in a JData array `[x, y, z]`.
-fn annotated(node: &Node, reader: &mut Reader) -> Option<Labels> {
+/// Returns the voxels in a JData array: labels `[x, y, z]`, or coefficients `[channel, x, y, z]`.
+fn annotated(node: &Node, stated: &Stated, reader: &mut Reader) -> Option<Voxels> {
     let array = jdata::array(node, reader)?;
-    if !array.element.is_integer() || array.tensor.shape().len() != 3 {
-        let message = "a volume must be an array [x, y, z] of labels, which are whole numbers: morgana does not support coefficients of voxels";
+    let is_volume = match array.tensor.shape().len() {
+        3 => array.element.is_integer(),
+        4 => true,
+        _ => false,
+    };
+    if !is_volume {
+        let message = "a volume must be an array [x, y, z] of labels, which are whole numbers, or coefficients of voxels \
+                       [channel, x, y, z] with their MediaFormat";
         reader.error(node, message);
         return None;
     }
-    from_array(&array.tensor, node, reader)
+    from_array(&array.tensor, stated, node, reader)
 }
 
-fn from_array(tensor: &Tensor, at: &Node, reader: &mut Reader) -> Option<Labels> {
+fn from_array(tensor: &Tensor, stated: &Stated, at: &Node, reader: &mut Reader) -> Option<Voxels> {
+    if tensor.shape().len() == 4 {
+        return coefficients_of(tensor, stated, at, reader);
+    }
     let volume = Volume::<f32>::of_tensor(tensor, AxisOrder::XYZ);
     let volume = volume
         .map_err(|e| reader.error(at, format!("labels: {e}")))
         .ok()?;
     let size = volume.size();
     let data = volume.into_data();
-    Some(Labels { size, data })
+    Some(Voxels::Labels(Labels { size, data }))
+}
+
+/// Returns the coefficients in an array `[channel, x, y, z]`.
+fn coefficients_of(
+    tensor: &Tensor,
+    stated: &Stated,
+    at: &Node,
+    reader: &mut Reader,
+) -> Option<Voxels> {
+    let &[channels, x, y, z] = tensor.shape() else {
+        return None;
+    };
+    let format = match (stated.format, channels) {
+        (MediaFormat::Byte, 1) => MediaFormat::MuaFloat,
+        (MediaFormat::Byte, 2) => MediaFormat::MuamusFloat,
+        (MediaFormat::Byte, 4) => MediaFormat::AsgnFloat,
+        (format, _) => format,
+    };
+    if format.is_labels() || format.channels() != channels {
+        let message = format!(
+            "a volume of {channels} numbers for each voxel does not have the MediaFormat: give 1 (mua_float), 2 (muamus_float, \
+             muamus_half, muamus_short) or 4 numbers (asgn_float, asgn_byte) along the first axis"
+        );
+        reader.error(at, message);
+        return None;
+    }
+    let mut numbers = vec![0.0; tensor.len()];
+    for (i, target) in rows_first_order([x, y, z]).enumerate() {
+        for c in 0..channels {
+            numbers[target * channels + c] = tensor.get(c * x * y * z + i) as f32;
+        }
+    }
+    coefficients((format, [x, y, z]), &numbers, stated, reader.limits)
+        .map_err(|message| reader.error(at, message))
+        .ok()
+}
+
+fn coefficients(
+    (format, size): (MediaFormat, [usize; 3]),
+    numbers: &[f32],
+    stated: &Stated,
+    limits: Limits,
+) -> Result<Voxels, String> {
+    let media = stated.media.ok_or("a volume of coefficients needs Media")?;
+    let base = Base {
+        media,
+        unit: stated.unit,
+        limits,
+    };
+    let made = Coefficients::new(format, size, numbers, &base);
+    made.map(Voxels::Coefficients).map_err(|e| e.to_string())
+}
+
+/// Yields the places, with x fastest, of voxels in an order with z fastest.
+fn rows_first_order([x, y, z]: [usize; 3]) -> impl Iterator<Item = usize> {
+    (0..x).flat_map(move |i| (0..y).flat_map(move |j| (0..z).map(move |k| i + x * (j + y * k))))
 }
 
 fn sizes(numbers: Vec<f64>) -> Option<[usize; 3]> {
@@ -108,13 +255,8 @@ fn sizes(numbers: Vec<f64>) -> Option<[usize; 3]> {
     sizes.try_into().ok()
 }
 
-/// Reads labels from a file of shapes, of raw bytes, or of another known format.
-fn from_file(
-    file: &Node,
-    size: Option<[usize; 3]>,
-    origin: DVec3,
-    reader: &mut Reader,
-) -> Option<Labels> {
+/// Reads voxels from a file of shapes, of raw numbers, or of another known format.
+fn from_file(file: &Node, stated: &Stated, reader: &mut Reader) -> Option<Voxels> {
     let Json::String(name) = &file.json else {
         reader.error(file, "VolumeFile must be the name of a file");
         return None;
@@ -122,23 +264,18 @@ fn from_file(
     let path = file.location.source().directory().join(name);
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
     let read = match extension.to_ascii_lowercase().as_str() {
-        "json" => return from_shapes(&path, (file, size), origin, reader),
-        "bin" => raw(&path, size),
-        _ if Format::of(&path).is_some() => known(&path),
+        "json" => return from_shapes(&path, file, stated, reader),
+        "bin" => raw(&path, stated, reader.limits),
+        _ if Format::of(&path).is_some() => known(&path, stated, reader.limits),
         _ => Err(format!(
-            "{}: unknown format: a VolumeFile is .json with shapes, .bin with a byte for each voxel, or another volume file",
+            "{}: unknown format: a VolumeFile is .json with shapes, .bin with the numbers of each voxel, or another volume file",
             path.display()
         )),
     };
     read.map_err(|message| reader.error(file, message)).ok()
 }
 
-fn from_shapes(
-    path: &Path,
-    (file, size): (&Node, Option<[usize; 3]>),
-    origin: DVec3,
-    reader: &mut Reader,
-) -> Option<Labels> {
+fn from_shapes(path: &Path, file: &Node, stated: &Stated, reader: &mut Reader) -> Option<Voxels> {
     let errors = reader.diagnostics.error_count();
     let source = draft::read(path)
         .map_err(|d| reader.diagnostics.push(d))
@@ -151,34 +288,63 @@ fn from_shapes(
         reader.error(file, format!("{}: the file needs Shapes", path.display()));
         return None;
     };
-    let start = filled(size, file, reader)?;
-    drawn(shapes, start, origin, reader)
+    let start = filled(stated.size, file, reader)?;
+    drawn(shapes, start.map(Voxels::Labels), stated, reader)
 }
 
-/// Reads a byte for each voxel; x runs fastest.
-fn raw(path: &Path, size: Option<[usize; 3]>) -> Result<Labels, String> {
-    let size = size.ok_or("Domain needs the numbers of voxels, Dim")?;
-    let bytes = input::read(path).map_err(|e| e.to_string())?;
+/// Reads the numbers of each voxel. x runs fastest, or z if `rows_first`.
+fn raw(path: &Path, stated: &Stated, limits: Limits) -> Result<Voxels, String> {
+    let size = stated
+        .size
+        .ok_or("Domain needs the numbers of voxels, Dim")?;
+    let (format, bytes) = (stated.format, input::read(path).map_err(|e| e.to_string())?);
+    let (element, channels) = (format.element(), format.channels());
     let [x, y, z] = size;
+    let each = element.size() * channels;
     let count = x.checked_mul(y).and_then(|n| n.checked_mul(z));
-    if count != Some(bytes.len()) {
+    if count.and_then(|n| n.checked_mul(each)) != Some(bytes.len()) {
+        let each = match each {
+            1 => "a byte".to_owned(),
+            n => format!("{n} bytes"),
+        };
         return Err(format!(
-            "{}: the file has {} bytes, but Dim states {x} x {y} x {z} voxels of a byte each",
+            "{}: the file has {} bytes, but Dim states {x} x {y} x {z} voxels of {each} each",
             path.display(),
             bytes.len()
         ));
     }
-    let mut data = Vec::with_capacity(bytes.len());
-    Element::U8.decode(&bytes, &mut |v| data.push(v as f32));
-    Ok(Labels { size, data })
+    let mut numbers = Vec::with_capacity(bytes.len() / element.size());
+    element.decode(&bytes, &mut |v| numbers.push(v as f32));
+    if stated.rows_first {
+        let stored = numbers.clone();
+        for (voxel, target) in stored.chunks_exact(channels).zip(rows_first_order(size)) {
+            numbers[target * channels..(target + 1) * channels].copy_from_slice(voxel);
+        }
+    }
+    if format.is_labels() {
+        return Ok(Voxels::Labels(Labels {
+            size,
+            data: numbers,
+        }));
+    }
+    coefficients((format, size), &numbers, stated, limits)
 }
 
-fn known(path: &Path) -> Result<Labels, String> {
-    let volume = Volume::<f32>::read(path, Options::default()).map_err(|e| e.to_string())?;
-    if volume.channels() != 1 {
-        return Err(format!("{}: labels must have one channel", path.display()));
+/// Reads labels, or the coefficients of each voxel as channels, from a volume file.
+fn known(path: &Path, stated: &Stated, limits: Limits) -> Result<Voxels, String> {
+    let options = Options::default().within(limits);
+    let volume = Volume::<f32>::read(path, options).map_err(|e| e.to_string())?;
+    let (size, channels) = (volume.size(), volume.channels());
+    if !stated.format.is_labels() && channels == stated.format.channels() {
+        return coefficients((stated.format, size), volume.data(), stated, limits);
     }
-    let size = volume.size();
+    if channels != 1 || !stated.format.is_labels() {
+        let expected = match stated.format.channels() {
+            1 => "labels must have one channel".to_owned(),
+            n => format!("this MediaFormat needs {n} channels"),
+        };
+        return Err(format!("{}: {expected}", path.display()));
+    }
     let data = volume.into_data();
-    Ok(Labels { size, data })
+    Ok(Voxels::Labels(Labels { size, data }))
 }

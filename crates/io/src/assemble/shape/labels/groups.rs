@@ -134,7 +134,7 @@ impl Group {
             [label] => region(label),
             labels => format!("{name}: labels {}", labels.join(", ")),
         };
-        let Some(labels) = members else {
+        let Some(labels) = members.filter(|_| self.members[0].1.is_uniform) else {
             return Ok(Medium {
                 name,
                 ..first.clone()

@@ -42,9 +42,11 @@ pub(super) enum Sameness {
     Object(ObjectId),
 }
 
-/// Medium whose properties, except its index, are constant in space.
+/// Medium of a label.
 pub(super) struct LabelMedium {
     pub medium: Medium,
+    /// True if properties other than the index are constant in space.
+    pub is_uniform: bool,
     /// True if the label's medium has the index of its surroundings.
     pub is_open: bool,
     pub index: Sameness,
@@ -149,7 +151,7 @@ impl Meaning {
         context: &mut Context,
     ) -> Option<LabelMedium> {
         match self {
-            Meaning::Described(described) => described_medium(label, described, context),
+            Meaning::Described(described) => described_medium(described, context),
             Meaning::Row(row) => {
                 let made = of_row(label, *row);
                 context.accept(&object.location, made)
@@ -158,25 +160,15 @@ impl Meaning {
     }
 }
 
-/// Builds the medium of a label from an object; `None` after an error. Only its index may vary in
-/// space.
-fn described_medium(
-    label: u32,
-    described: &ObjectDescription,
-    context: &mut Context,
-) -> Option<LabelMedium> {
+/// Builds the medium of a label from an object; `None` after an error. A medium that varies in space
+/// is alone with its index.
+fn described_medium(described: &ObjectDescription, context: &mut Context) -> Option<LabelMedium> {
     let errors = context.diagnostics.error_count();
     let (medium, is_open) = medium::build(described, context);
     let is_uniform = |texture: &VolumeTexture| texture.uniform().is_some();
     let uniform = medium.uniform_extinction().is_some()
         && is_uniform(&medium.albedo)
         && medium.emission.as_ref().is_none_or(is_uniform);
-    if !uniform {
-        let message = format!(
-            "the medium of label {label} varies in space: media of labels must be homogeneous, except for their index"
-        );
-        context.error_at(&described.location, message);
-    }
     let child = |kind: PluginKind, name: Option<&str>| {
         let mut children = described.children.iter();
         let found = children
@@ -184,12 +176,14 @@ fn described_medium(
         found.map(|c| Sameness::Object(c.object.number))
     };
     let index = match child(PluginKind::Volume, Some("ior")) {
+        _ if !uniform => Sameness::Object(described.number),
         Some(volume) if !medium.index.is_constant() => volume,
         _ if is_open => Sameness::Default,
         _ => Sameness::Number(medium.index.n(glam::DVec3::ZERO).to_bits()),
     };
     (context.diagnostics.error_count() == errors).then(|| LabelMedium {
         medium,
+        is_uniform: uniform,
         is_open,
         index,
         phase: child(PluginKind::Phase, None).unwrap_or(Sameness::Default),
@@ -231,6 +225,7 @@ fn of_row(label: u32, [mu_a, mu_s, g, n]: [f64; 4]) -> Result<LabelMedium, RowEr
     );
     Ok(LabelMedium {
         medium: medium.with_phase(phase),
+        is_uniform: true,
         is_open: false,
         index: Sameness::Number(n.to_bits()),
         phase: Sameness::Number(g.to_bits()),
