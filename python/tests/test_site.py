@@ -14,6 +14,7 @@ from conftest import PROGRAM, ROOT
 
 sys.path.insert(0, str(ROOT / "scripts/site"))
 
+import notebook_pages  # noqa: E402
 import plugin_examples  # noqa: E402
 import plugin_scenes  # noqa: E402
 
@@ -195,3 +196,10 @@ def test_the_first_program_runs(tmp_path, monkeypatch, capsys):
     exec(compile(block, "docs/index.md", "exec"), {})
     assert (tmp_path / "lens.png").stat().st_size > 1000
     assert "mean 0.41" in capsys.readouterr().out
+
+
+def test_notebooks_of_a_published_version_open_in_colab():
+    assert notebook_pages.colab("grin_optics", None, "0.2.0") == []
+    button, commands = notebook_pages.colab("grin_optics", "https://github.com/owner/name", "0.2.0")
+    assert "(https://colab.research.google.com/github/owner/name/blob/v0.2.0/docs/notebooks/grin_optics.ipynb)" in button
+    assert "--branch v0.2.0 https://github.com/owner/name morgana" in commands and "morgana-render[plot]==0.2.0" in commands

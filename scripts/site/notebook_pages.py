@@ -3,6 +3,7 @@
 import base64
 import json
 import re
+import tomllib
 from typing import Any
 
 from documents import ROOT
@@ -36,7 +37,25 @@ def page(name: str) -> tuple[str, dict[str, bytes]]:
                 text = "".join(output.get("text") or data["text/plain"]).rstrip()
                 parts.append(f"```text\n{text}\n```")
     parts.insert(1, f'<a href="{name}.ipynb" download>Download this notebook</a>. It needs the folder `scenes/` of the repository.')
+    workspace = tomllib.loads((ROOT / "Cargo.toml").read_text())["workspace"]["package"]
+    parts[2:2] = colab(name, workspace.get("repository"), workspace["version"])
     return "\n\n".join(parts) + "\n", figures
+
+
+def colab(name: str, repository: str | None, version: str) -> list[str]:
+    """Returns a button that opens the notebook of a release in Colab, and the commands to run there
+    first; nothing before the repository is published."""
+    found = re.fullmatch(r"https://github\.com/([\w.-]+/[\w.-]+?)(\.git)?/?", repository or "")
+    if found is None:
+        return []
+    notebook = f"https://colab.research.google.com/github/{found[1]}/blob/v{version}/docs/notebooks/{name}.ipynb"
+    badge = "https://colab.research.google.com/assets/colab-badge.svg"
+    commands = [
+        f'!pip install "morgana-render[plot]=={version}"',
+        f"!git clone --quiet --depth 1 --branch v{version} {repository} morgana",
+        "%cd morgana/docs/notebooks",
+    ]
+    return [f"[![Open in Colab]({badge})]({notebook}) In Colab, run this cell first:", "```python\n" + "\n".join(commands) + "\n```"]
 
 
 def linked(markdown: str) -> str:
