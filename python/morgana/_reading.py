@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import os
 from typing import Any, Dict, List, Mapping, Optional, Union
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
+from . import _morgana
 from ._archives import Array, opened
 from ._errors import FileError
 from ._estimate import Estimate, run_with
 from ._pulse import Pulse
 
 Doubles = NDArray[np.float64]
+
+SPACE = ("x", "y", "z")
+"""Axes in space, in the order of the columns of maps."""
+UNITS = {"x": "unit", "y": "unit", "z": "unit", "r": "unit", "opl": "unit"}
+"""Units of edges."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -32,6 +39,12 @@ class Reading(Estimate):
     >>> millimetres = fluence.sel(x=0.0, y=0.0) / 100
     >>> np.log(millimetres).error, millimetres.coordinates["z"]
     """
+
+    axes_to_world: Optional[Doubles] = None
+    """Map from the coordinates of the axes x, y and z to the world, (3, 4); ``None`` for readings
+    without these axes. It is the identity if the grid is neither rotated nor sheared."""
+    metres_per_unit: Optional[float] = None
+    """Length of a scene unit in m, if the meter states it."""
 
     @classmethod
     def load(cls, path: Union[str, "os.PathLike[str]"], name: str) -> "Reading":
@@ -66,6 +79,60 @@ class Reading(Estimate):
         if name not in found:
             raise FileError(f"{os.fspath(path)}: no reading {name!r}: the file has {', '.join(found) or 'none'}")
         return reading_in(arrays, name, attributes)
+
+    def write(self, path: Union[str, "os.PathLike[str]"], *, name: str = "reading", dtype: Optional[DTypeLike] = None) -> None:
+        """Write the reading to a file, completely or not at all.
+
+        Parameters
+        ----------
+        path : path_like
+            The file; its extension chooses the format. ``.npz``, ``.h5`` and ``.mat`` hold means,
+            errors and edges of any axes. ``.vti`` holds means and errors over x, y and z.
+            ``.nii.gz``, ``.nii``, ``.jnii``, ``.bnii`` and ``.nrrd`` hold the means; the errors are
+            in a second file whose name ends in ``_error``. ``.npy`` holds the means only.
+        name : str, optional
+            Name of the array in the file.
+        dtype : dtype, optional
+            ``float32`` or ``float64``; by default the type of the means.
+
+        Raises
+        ------
+        FileError
+            A file that cannot be written, a format of grids for a reading without the axes x, y
+            and z, or unequal bins in such a format.
+        ValueError
+            Another type.
+
+        Examples
+        --------
+        >>> (1e3 * measured.meters["fluence"]).write("fluence.vti", name="fluence", dtype="float32")
+        """
+        element = np.dtype(self.mean.dtype if dtype is None else dtype).name
+        axes = list(self.axes)
+        arrays = [((name, self.unit, axes), self.mean)]
+        statistics = [("error", self.unit, self.error), ("effective", "", self.effective), ("few", "", self.few)]
+        arrays += [((f"{name}_{what}", unit, axes), of) for what, unit, of in statistics if of is not None and not np.isnan(of).all()]
+        arrays += [((f"{axis}_edges", UNITS.get(axis, ""), [axis]), edges) for axis, edges in self.axes.items() if edges is not None]
+        place = self._to_world()
+        if place is not None:
+            arrays.append((("to_world", "unit", ["row", "column"]), place))
+        # All files of readings have the power of the emitters, which is unknown here.
+        arrays.append((("emitted", "W", ["channel"]), np.full(max(1, len(self.names.get("channel", []))), np.nan)))
+        attributes: Dict[str, Any] = {"channels": " ".join(self.names.get("channel", []))}
+        if self.metres_per_unit is not None:
+            attributes["metres_per_unit"] = self.metres_per_unit
+        doubles = [(outline, np.ascontiguousarray(values, np.float64)) for outline, values in arrays]
+        _morgana.write_arrays(os.fspath(path), doubles, json.dumps(attributes), element)
+
+    def _to_world(self) -> Optional[Doubles]:
+        """Returns the map of the unit cube that the bins fill, (3, 4)."""
+        edges = [self.axes.get(axis) for axis in SPACE]
+        if self.axes_to_world is None or any(of is None for of in edges):
+            return None
+        low = np.array([of[0] for of in edges if of is not None])
+        high = np.array([of[-1] for of in edges if of is not None])
+        steps, origin = self.axes_to_world[:, :3], self.axes_to_world[:, 3]
+        return np.column_stack([steps * (high - low), origin + steps @ low])
 
     def convolved(self, pulse: Pulse) -> "Reading":
         """Response to a pulse of light, from the response to an impulse.
@@ -115,8 +182,10 @@ def names_in(arrays: Mapping[str, Array]) -> List[str]:
 def reading_in(arrays: Mapping[str, Array], name: str, attributes: Mapping[str, Any]) -> Reading:
     """Returns a reading from the arrays and attributes of a measurement."""
     unit, axes, mean = arrays[name]
-    error, effective, few = (arrays[f"{name}_{what}"].values for what in ("error", "effective", "few"))
-    return reading_of(Reading(mean, error, edges_of(arrays, name, axes), unit, effective, few != 0), attributes)
+    error = arrays[f"{name}_error"].values
+    effective, few = (arrays[of].values if of in arrays else None for of in (f"{name}_effective", f"{name}_few"))
+    edges = edges_of(arrays, name, axes)
+    return reading_of(Reading(mean, error, edges, unit, effective, None if few is None else few != 0), arrays, name, attributes)
 
 
 def edges_of(arrays: Mapping[str, Array], name: str, of: List[str]) -> Dict[str, Optional[Doubles]]:
@@ -126,13 +195,26 @@ def edges_of(arrays: Mapping[str, Array], name: str, of: List[str]) -> Dict[str,
     return {axis: arrays[edges].values if edges in arrays else None for axis, edges in of_axes.items()}
 
 
-def reading_of(reading: Reading, attributes: Mapping[str, Any]) -> Reading:
-    """Returns a reading with the names of its channels, and with its run as the origin. Files
-    have the channels and the seed among their attributes."""
+def reading_of(reading: Reading, arrays: Mapping[str, Array], name: str, attributes: Mapping[str, Any]) -> Reading:
+    """Returns a reading with the names of its channels, with its place in the world, and with its
+    run as the origin. Files have the channels and the seed among their attributes."""
     names = {"stokes": ["S0", "S1", "S2", "S3"], "channel": str(attributes.get("channels", "")).split()}
     sizes = dict(zip(reading.axes, reading.mean.shape))
     known = {axis: of for axis, of in names.items() if sizes.get(axis) == len(of)}
-    named: Reading = reading._replace(names=known)
+    prefix = "".join(name.rpartition(".")[:2])
+    metres = attributes.get(f"{prefix}metres_per_unit")
+    place = _axes_to_world(arrays.get(f"{prefix}to_world"), [reading.axes.get(axis) for axis in SPACE])
+    named: Reading = reading._replace(names=known, axes_to_world=place, metres_per_unit=None if metres is None else float(metres))
     if "seed" in attributes:
         named._from(run_with(attributes["seed"]))
     return named
+
+
+def _axes_to_world(to_world: Optional[Array], edges: List[Optional[Doubles]]) -> Optional[Doubles]:
+    """Returns the map from coordinates of the axes to the world, from the map of the unit cube."""
+    if to_world is None or any(of is None for of in edges):
+        return None
+    low = np.array([of[0] for of in edges if of is not None])
+    high = np.array([of[-1] for of in edges if of is not None])
+    steps = to_world.values[:, :3] / (high - low)
+    return np.column_stack([steps, to_world.values[:, 3] - steps @ low])

@@ -326,7 +326,7 @@ class Result(Data):
             error = self._arrays[f"{name}_error"].values.astype(dtype, copy=False)
         else:
             error = np.broadcast_to(np.asarray(np.nan, dtype), mean.shape)
-        return reading_of(Reading(mean, error, edges_of(self._arrays, name, axes), unit), self._attributes)
+        return reading_of(Reading(mean, error, edges_of(self._arrays, name, axes), unit), self._arrays, name, self._attributes)
 
     @functools.cached_property
     def records(self) -> Dict[str, Records]:
@@ -384,33 +384,56 @@ class Result(Data):
         layers = {name: layer._estimate()._replace(unit=UNITS.get(name, "")) for name, layer in self.layers.items()}
         return {"image": self._estimate(), **layers}
 
-    def write(self, path: Union[str, "os.PathLike[str]"], *, exposure: Optional[float] = None) -> None:
+    def write(
+        self,
+        path: Union[str, "os.PathLike[str]"],
+        *,
+        exposure: Optional[float] = None,
+        dtype: Optional[DTypeLike] = None,
+        meter: Optional[str] = None,
+    ) -> None:
         """Write the picture or the readings to a file, completely or not at all.
 
         Parameters
         ----------
         path : path_like
             The file; its extension chooses the format: ``.exr``, ``.png`` or ``.npy`` for a
-            picture, ``.npz``, ``.h5``, ``.nrrd`` or ``.npy`` for readings.
+            picture. For readings, ``.npz``, ``.h5`` and ``.mat`` hold all arrays; ``.vti``,
+            ``.nii.gz``, ``.nii``, ``.jnii``, ``.bnii`` and ``.nrrd`` hold a grid in space; ``.npy``
+            holds numbers only
+            (docs/meters.md#files).
         exposure : float, optional
             Stops by which a ``.png`` file is brightened, as in :func:`write`.
+        dtype : dtype, optional
+            Type of readings: ``float64`` (default) or ``float32``.
+        meter : str, optional
+            Name of the meter whose readings are written; by default all. Files of one meter need
+            it if the scene has several.
 
         Raises
         ------
         FileError
             A file that cannot be written, or a format that does not suit the data.
         RenderError
-            An ``exposure`` for readings.
+            An ``exposure`` for readings; a ``dtype`` or ``meter`` for a picture.
+        KeyError
+            An unknown meter.
 
         Examples
         --------
         >>> result.write("fog.exr")
+        >>> measured.write("tissue.nii.gz", dtype="float32", meter="tank")
         """
         exposure = optional_finite(exposure, "exposure")
         if isinstance(self._run, _morgana.Rendered):
+            if dtype is not None or meter is not None:
+                raise RenderError("dtype and meter are for readings, but the scene has a camera")
             self._run.write(os.fspath(path), exposure)
         elif exposure is None:
-            self._run.write(os.fspath(path))
+            if meter is not None and meter not in self.scene.meters:
+                raise unknown("meter", meter, self.scene.meters)
+            number = None if meter is None else self.scene.meters.index(meter)
+            self._run.write(os.fspath(path), np.dtype(np.float64 if dtype is None else dtype).name, number)
         else:
             raise RenderError("exposure is for pictures, but the scene has meters instead of a camera")
 

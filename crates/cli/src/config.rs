@@ -4,7 +4,9 @@ use crate::args::{OutputArgs, TraceArgs};
 use crate::command_error::CommandError;
 use crate::load::named_after;
 use io::arrays::ArrayFormat;
+use io::assemble::Instrument;
 use io::diagnostic::shown;
+use io::element::Element;
 use io::{Problem, atomic};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -69,6 +71,10 @@ pub fn images(
     args: &OutputArgs,
     scene: &Path,
 ) -> Result<Vec<(PathBuf, ImageFormat)>, CommandError> {
+    if args.meter.is_some() || args.kind.is_some() {
+        let message = "--meter and --type are for readings of meters, but the scene has a camera";
+        return Err(CommandError::Usage(message.into()));
+    }
     let images = outputs(args, scene, &[".exr", ".png"], &IMAGE_FORMATS)?;
     if let Some(strategies) = &args.strategies {
         by_extension(strategies, &IMAGE_FORMATS[..1])?;
@@ -80,24 +86,92 @@ pub fn images(
     Ok(images)
 }
 
+/// Files of readings.
+#[derive(Clone, Debug)]
+pub struct ReadingFiles {
+    /// Paths and formats.
+    pub files: Vec<(PathBuf, ArrayFormat)>,
+    /// Number of the meter whose readings are written; `None` for all meters.
+    pub meter: Option<usize>,
+    /// Type of the numbers.
+    pub element: Element,
+}
+
+impl ReadingFiles {
+    /// Returns the paths of all files, with the files of errors.
+    pub fn paths(&self) -> Vec<PathBuf> {
+        let each = self.files.iter().flat_map(|(path, format)| {
+            let errors = format.errors_beside(path);
+            [Some(path.clone()), errors].into_iter().flatten()
+        });
+        each.collect()
+    }
+}
+
 /// Returns the files of readings that a measurement writes: the requested files, or by default an
-/// NPZ file named after the scene. Refuses formats of one array for several meters.
+/// NPZ file named after the scene. Refuses formats of one meter for several meters, and formats of
+/// grids for other meters.
 pub fn readings(
     args: &OutputArgs,
     scene: &Path,
-    meters: usize,
-) -> Result<Vec<(PathBuf, ArrayFormat)>, CommandError> {
-    let files = outputs(args, scene, &[".npz"], &ArrayFormat::EXTENSIONS)?;
-    if let Some((path, _)) = files.iter().find(|(_, f)| f.is_single() && meters > 1) {
-        return Err(CommandError::Usage(format!(
-            "'{}' can store only one array, but the scene has {meters} meters: use .npz or .h5",
-            shown(path)
-        )));
+    instruments: &[Instrument],
+) -> Result<ReadingFiles, CommandError> {
+    let meter = args.meter.as_deref();
+    let meter = meter.map(|name| numbered(name, instruments)).transpose()?;
+    let readings = ReadingFiles {
+        files: outputs(args, scene, &[".npz"], &ArrayFormat::EXTENSIONS)?,
+        meter,
+        element: args.kind.unwrap_or(Element::F64),
+    };
+    for (path, format) in &readings.files {
+        check_meter(path, *format, &readings, instruments)?;
     }
-    if let Some(stats) = &args.stats {
-        check_writable(stats)?;
+    for path in readings.paths().iter().chain(&args.stats) {
+        check_writable(path)?;
     }
-    Ok(files)
+    Ok(readings)
+}
+
+/// Refuses a file that cannot hold the readings of its meters.
+fn check_meter(
+    path: &Path,
+    format: ArrayFormat,
+    readings: &ReadingFiles,
+    instruments: &[Instrument],
+) -> Result<(), CommandError> {
+    let path = shown(path);
+    let only = match instruments {
+        [only] => Some(only),
+        all => readings.meter.map(|i| &all[i]),
+    };
+    match only {
+        None if format.is_single() => Err(CommandError::Usage(format!(
+            "'{path}' can store only one meter, but the scene has {} meters: use .npz, .h5 or .mat, or choose one by --meter: {}",
+            instruments.len(),
+            names(instruments)
+        ))),
+        Some(meter) if format.needs_grid() && !meter.has_grid() => {
+            Err(CommandError::Usage(format!(
+                "'{path}' can store only cells over x, y and z, which the meter '{}' does not have: use .npz, .h5 or .mat",
+                meter.name
+            )))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Returns the number of the meter with a name.
+fn numbered(name: &str, instruments: &[Instrument]) -> Result<usize, CommandError> {
+    let found = instruments.iter().position(|meter| meter.name == name);
+    found.ok_or_else(|| {
+        let names = names(instruments);
+        CommandError::Usage(format!("no meter '{name}': the scene has {names}"))
+    })
+}
+
+fn names(instruments: &[Instrument]) -> String {
+    let names: Vec<&str> = instruments.iter().map(|meter| &*meter.name).collect();
+    names.join(", ")
 }
 
 /// Returns the requested files with their formats, or by default files named after the scene.
@@ -166,9 +240,10 @@ fn by_extension<F: Copy>(path: &Path, formats: &[(&str, F)]) -> Result<F, Comman
     let extension = path
         .extension()
         .map(|e| e.to_string_lossy().to_ascii_lowercase());
-    let known = formats
-        .iter()
-        .find(|(name, _)| Some(*name) == extension.as_deref());
+    let file = path.file_name().unwrap_or_default().to_string_lossy();
+    let file = file.to_ascii_lowercase();
+    let has = |end: &str| file.len() > end.len() + 1 && file.ends_with(&format!(".{end}"));
+    let known = formats.iter().find(|(name, _)| has(name));
     known.map(|(_, format)| *format).ok_or_else(|| {
         let names: Vec<String> = formats.iter().map(|(name, _)| format!(".{name}")).collect();
         let names = names.join(", ");

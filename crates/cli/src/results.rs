@@ -2,9 +2,9 @@
 
 use crate::args::{OutputArgs, ToneArgs};
 use crate::command_error::{CommandError, show};
-use crate::config::{self, ImageFormat};
+use crate::config::{self, ImageFormat, ReadingFiles};
 use crate::report::Report;
-use io::arrays::{ArrayFormat, Context, arrays};
+use io::arrays::{Context, arrays};
 use io::diagnostic::shown;
 use io::image::exposure::Exposure;
 use io::image::exr;
@@ -21,7 +21,7 @@ pub enum Files {
     /// Images of a picture and of its strategies.
     Images(Vec<(PathBuf, ImageFormat)>),
     /// Arrays of readings.
-    Readings(Vec<(PathBuf, ArrayFormat)>),
+    Readings(ReadingFiles),
     /// No files: a shard is stored as a part.
     Shard,
 }
@@ -30,9 +30,9 @@ impl Files {
     /// Returns the files that a command requests, or by default files named after the scene. Checks
     /// that they can be written, as far as possible in advance.
     pub fn of(args: &OutputArgs, scene: &Path, loaded: &Loaded) -> Result<Self, CommandError> {
-        let meters = loaded.instruments.len();
-        if meters > 0 {
-            return Ok(Files::Readings(config::readings(args, scene, meters)?));
+        if !loaded.instruments.is_empty() {
+            let readings = config::readings(args, scene, &loaded.instruments)?;
+            return Ok(Files::Readings(readings));
         }
         let mut images = config::images(args, scene)?;
         check_colours(&args.output, loaded, &mut images)?;
@@ -43,7 +43,7 @@ impl Files {
     pub fn paths(&self) -> Vec<PathBuf> {
         match self {
             Files::Images(images) => images.iter().map(|(path, _)| path.clone()).collect(),
-            Files::Readings(arrays) => arrays.iter().map(|(path, _)| path.clone()).collect(),
+            Files::Readings(readings) => readings.paths(),
             Files::Shard => Vec::new(),
         }
     }
@@ -137,7 +137,7 @@ fn write_images(
 /// Writes readings and their statistics.
 fn write_readings(
     args: &OutputArgs,
-    files: &[(PathBuf, ArrayFormat)],
+    to: &ReadingFiles,
     report: &Report<Measurement>,
 ) -> Result<(), CommandError> {
     let loaded = report.run.loaded;
@@ -145,11 +145,11 @@ fn write_readings(
         instruments: &loaded.instruments,
         measurement: report.result,
         channels: &loaded.channel_names,
+        meter: to.meter,
     };
     let readings = arrays(&context, report.attributes());
-    let readings = files
-        .iter()
-        .map(|(path, format)| readings.write(path, *format));
+    let readings =
+        (to.files.iter()).map(|(path, format)| readings.write(path, *format, to.element));
     failures(readings.chain(stats(args, || report.json())))
 }
 

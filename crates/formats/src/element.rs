@@ -194,7 +194,8 @@ pub struct Encoding {
 }
 
 impl Encoding {
-    pub(crate) const fn little(element: Element) -> Self {
+    /// Returns the encoding with the least significant byte first.
+    pub const fn little(element: Element) -> Self {
         Encoding {
             element,
             big: false,
@@ -232,7 +233,10 @@ impl Encoding {
     }
 
     /// Writes numbers, each rounded to the nearest number of the type.
-    pub(crate) fn write(
+    ///
+    /// # Errors
+    /// The writer fails.
+    pub fn write(
         self,
         file: &mut impl Write,
         values: impl IntoIterator<Item = f64>,

@@ -121,16 +121,11 @@ pub fn write_values(
     })
 }
 
-/// Writes a double-precision array in C order to an open file.
+/// Writes an array in C order to an open file, with numbers of a type.
 ///
 /// # Errors
 /// The file cannot be written.
-pub fn write_f64(file: &mut impl Write, shape: &[usize], data: &[f64]) -> io::Result<()> {
-    write_elements(file, Element::F64, shape, data.iter().copied())
-}
-
-/// Writes an array in C order to an open file.
-pub(crate) fn write_elements(
+pub fn write_elements(
     file: &mut impl Write,
     element: Element,
     shape: &[usize],

@@ -49,7 +49,7 @@ mod _morgana {
     #[pymodule_export]
     use crate::index_derivative::{check_index_derivatives, differentiate_index};
     #[pymodule_export]
-    use crate::measure::{Measured, read_measurement};
+    use crate::measure::{Measured, read_measurement, write_arrays};
     #[pymodule_export]
     use crate::numbers::refuse_masked;
     #[pymodule_export]

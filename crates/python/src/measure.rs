@@ -6,12 +6,13 @@ use crate::numbers::array;
 use crate::scene::Scene;
 use io::arrays::{Array, ArrayFormat, Arrays, Context, Quality, arrays, attributes, list};
 use io::assemble::Instrument;
+use io::element::Element;
 use io::{Loaded, report};
-use numpy::PyArrayDyn;
-use pyo3::exceptions::PyKeyError;
+use numpy::{PyArrayDyn, PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use pyo3::exceptions::{PyKeyError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyType;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 use std::path::PathBuf;
 use transport::meter::{Reading, RecordTable};
 use transport::render::Measurement;
@@ -72,6 +73,45 @@ pub fn read_measurement(
     Ok((list?, Value::from_iter(read.attributes).to_string()))
 }
 
+/// Array for a file: its outline, and its numbers.
+type ArrayForFile<'py> = (Outline, PyReadonlyArrayDyn<'py, f64>);
+
+/// Writes arrays with attributes as JSON, in the format of the file's extension. The first array is
+/// the array of formats that hold one.
+#[pyfunction]
+pub fn write_arrays(
+    py: Python<'_>,
+    path: PathBuf,
+    arrays: Vec<ArrayForFile<'_>>,
+    attributes: &str,
+    dtype: &str,
+) -> PyResult<()> {
+    let element = element(dtype)?;
+    let attributes: Map<String, Value> = serde_json::from_str(attributes).unwrap_or_default();
+    let list = arrays.iter().map(|((name, unit, axes), values)| Array {
+        name: name.clone(),
+        axes: axes.clone(),
+        shape: values.shape().to_vec(),
+        unit: unit.clone(),
+        data: values.as_array().iter().copied().collect(),
+    });
+    let arrays = Arrays {
+        list: list.collect(),
+        main: Some(0),
+        attributes: attributes.into_iter().collect(),
+        left_out: Vec::new(),
+    };
+    let written = py.detach(|| arrays.write(&path, ArrayFormat::of(&path)?, element));
+    written.map_err(|e| errors::file(&e))
+}
+
+/// Returns the type of floating-point numbers with NumPy's name.
+fn element(dtype: &str) -> PyResult<Element> {
+    let found = Element::of_name(dtype).filter(|e| matches!(e, Element::F32 | Element::F64));
+    let message = || format!("dtype must be float32 or float64, not {dtype}");
+    found.ok_or_else(|| PyValueError::new_err(message()))
+}
+
 /// Numbers of an array.
 type ArrayOfNumbers<'py> = Bound<'py, PyArrayDyn<f64>>;
 
@@ -127,8 +167,15 @@ impl Measured {
         array(py, found.data, &found.shape)
     }
 
-    /// Writes all arrays, or the main one, in the format of the file's extension.
-    fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+    /// Writes the arrays of all meters or of one of them, in the format of the file's extension.
+    fn write(
+        &self,
+        py: Python<'_>,
+        path: PathBuf,
+        dtype: &str,
+        meter: Option<usize>,
+    ) -> PyResult<()> {
+        let element = element(dtype)?;
         let stats: Value = serde_json::from_str(&self.0.stats).unwrap_or_default();
         let names = ["scene", "scene_hash", "seed", "particles"];
         let mut attributes: Vec<_> = names
@@ -137,8 +184,12 @@ impl Measured {
         // Take the balance from the result: numbers lose their last bit as text.
         attributes.push(("balance".into(), report::balance(&self.0.result.balance)));
         attributes.push(("morgana_version".into(), env!("CARGO_PKG_VERSION").into()));
-        let readings = arrays(&self.context(), attributes);
-        let written = py.detach(|| readings.write(&path, ArrayFormat::of(&path)?));
+        let context = Context {
+            meter,
+            ..self.context()
+        };
+        let readings = arrays(&context, attributes);
+        let written = py.detach(|| readings.write(&path, ArrayFormat::of(&path)?, element));
         written.map_err(|e| errors::file(&e))
     }
 }
@@ -151,6 +202,7 @@ impl Measured {
             instruments: &loaded.instruments,
             measurement: &self.0.result,
             channels: &loaded.channel_names,
+            meter: None,
         }
     }
 }

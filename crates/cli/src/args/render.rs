@@ -1,8 +1,9 @@
 //! Arguments of `morgana render`.
 
-use super::values::{duration, fraction, measure, particles, samples, seed, threads};
+use super::values::{duration, floating, fraction, measure, particles, samples, seed, threads};
 use super::{Frames, KeepArgs, SceneArgs, ToneArgs};
 use clap::Args as ClapArgs;
+use io::element::Element;
 use std::path::PathBuf;
 use std::time::Duration;
 use transport::render::Measure;
@@ -13,10 +14,22 @@ use transport::render::Measure;
 pub struct OutputArgs {
     /// Image or readings to write; may be repeated.
     ///
-    /// The extension chooses the format: .exr, .png or .npy for an image; .npz, .h5, .nrrd or .npy
-    /// for the readings of meters.
+    /// The extension chooses the format: .exr, .png or .npy for an image. For the readings of
+    /// meters: .npz, .h5 or .mat for all arrays; .vti, .nii, .nii.gz, .jnii, .bnii or .nrrd for a grid in space;
+    /// .npy for numbers only.
     #[arg(short, long, value_name = "FILE")]
     pub output: Vec<PathBuf>,
+    /// Meter whose readings are written; all meters by default.
+    ///
+    /// Files of one meter (.vti, .nii, .nii.gz, .jnii, .bnii, .nrrd, .npy) need this option if the scene has
+    /// several meters.
+    #[arg(long, value_name = "ID", hide_short_help = true)]
+    pub meter: Option<String>,
+    /// Type of the written readings: float64 (default) or float32.
+    ///
+    /// Edges of bins, positions of grids, and records remain float64.
+    #[arg(long = "type", value_name = "TYPE", value_parser = floating, hide_short_help = true)]
+    pub kind: Option<Element>,
     /// Write an EXR file with the contribution of each strategy of bdpt or particle.
     ///
     /// A layer s1t2.weighted has the contribution of paths with 1 vertex from the emitter and 2

@@ -235,6 +235,13 @@ pub fn element(text: &str) -> Result<Element, String> {
     Element::of_name(text).ok_or_else(|| format!("expected one of: {}", names.join(", ")))
 }
 
+/// Parses a type of floating-point numbers.
+pub fn floating(text: &str) -> Result<Element, String> {
+    let types = [Element::F32, Element::F64];
+    let found = types.into_iter().find(|element| element.name() == text);
+    found.ok_or_else(|| "expected float32 or float64".into())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -40,8 +40,9 @@ pub fn d65(nm: f64) -> f64 {
     })
 }
 
-/// Speed of light in vacuum, m/s; constants of Planck, J s, and Boltzmann, J/K (SI, 2019).
-const LIGHT: f64 = 299_792_458.0;
+/// Speed of light in vacuum, m/s.
+pub const SPEED_OF_LIGHT: f64 = 299_792_458.0;
+/// Constants of Planck, J s, and Boltzmann, J/K (SI, 2019).
 const PLANCK: f64 = 6.626_070_15e-34;
 const BOLTZMANN: f64 = 1.380_649e-23;
 
@@ -49,8 +50,8 @@ const BOLTZMANN: f64 = 1.380_649e-23;
 /// a temperature in K: Planck's law.
 pub fn planck(nm: f64, kelvin: f64) -> f64 {
     let wavelength = 1e-9 * nm;
-    let first = 2.0 * PLANCK * LIGHT * LIGHT / wavelength.powi(5);
-    let exponent = PLANCK * LIGHT / (wavelength * BOLTZMANN * kelvin);
+    let first = 2.0 * PLANCK * SPEED_OF_LIGHT * SPEED_OF_LIGHT / wavelength.powi(5);
+    let exponent = PLANCK * SPEED_OF_LIGHT / (wavelength * BOLTZMANN * kelvin);
     1e-9 * first / exponent.exp_m1()
 }
 

@@ -25,7 +25,7 @@ pub enum Format {
     Vtk,
     /// OpenVDB file; read only.
     Vdb,
-    /// NIfTI file, also compressed; read only.
+    /// NIfTI file, also compressed.
     Nifti,
     /// JNIfTI file, as text or binary.
     Jnifti,
@@ -60,8 +60,8 @@ impl Format {
 
     /// Makes an error for a file with another extension.
     pub fn unknown() -> Problem {
-        let message = "volumes are .vol, .npy, .npz, .h5, .hdf5, .mat, .nrrd, .nhdr, .vti, .vtk, .jnii, .bnii, .jdt and \
-                       .jdb, and .vdb, .nii and .nii.gz to read; meshes (.vtu, .vtr, .vts, .vtm, .foam, .cgns) are resampled by \
+        let message = "volumes are .vol, .npy, .npz, .h5, .hdf5, .mat, .nrrd, .nhdr, .vti, .vtk, .nii, .nii.gz, .jnii, .bnii, .jdt \
+                       and .jdb, and .vdb to read; meshes (.vtu, .vtr, .vts, .vtm, .foam, .cgns) are resampled by \
                        python -m morgana.flow";
         Problem::Unsupported(message.into())
     }
@@ -84,7 +84,7 @@ impl Format {
 
     /// Returns true for formats that are only read.
     pub fn is_read_only(self) -> bool {
-        matches!(self, Format::Vdb | Format::Nifti)
+        matches!(self, Format::Vdb)
     }
 
     /// Returns true if a file may contain several volumes.

@@ -9,7 +9,7 @@ use glam::{DMat3, DVec3};
 
 use super::layout::Layout;
 use super::options::choose;
-use super::{AxisOrder, Format, INFLATION, Options, Sample, Volume, VolumeFrame, nifti};
+use super::{AxisOrder, Format, GridData, INFLATION, Options, Sample, Volume, VolumeFrame, nifti};
 use crate::binary;
 use crate::error::{FileError, Problem};
 use crate::input;
@@ -305,40 +305,40 @@ fn object<'a>(entries: impl IntoIterator<Item = (&'a str, Value)>) -> Value {
     )
 }
 
-/// Writes a volume: as JNIfTI with its position for `.jnii` and `.bnii`, else as the array `name`,
-/// with x as the first index.
+/// Writes the first array of a grid: as JNIfTI with its position for `.jnii` and `.bnii`, with the
+/// axes and units of [`nifti::write`]; else as the array with its name, with x as the first index.
 ///
 /// # Errors
 ///
-/// All errors of [`crate::atomic::write()`].
-pub fn write<T: Sample>(path: &Path, volume: &Volume<T>, name: &str) -> Result<(), FileError> {
-    let values = packed(volume).map_err(|problem| problem.at(path))?;
-    let value = match Format::of(path) {
-        Some(Format::Jnifti) => Image {
-            values,
-            frame: volume.place(),
-            steps: &[],
-            unit: volume.unit(),
-            name,
-            description: "",
-        }
-        .into_value(),
-        _ => object([(name, Value::Packed(values))]),
-    };
+/// The errors of [`nifti::write`].
+pub fn write<T: Sample>(path: &Path, grid: &GridData<T>) -> Result<(), FileError> {
+    let value = value(path, grid).map_err(|problem| problem.at(path))?;
     value.write(path, Form::of(path))
 }
 
-/// Returns the values as an array `[x, y, z]`, or `[x, y, z, channel]`, whose first index varies
-/// fastest.
-fn packed<T: Sample>(volume: &Volume<T>) -> Result<Packed, Problem> {
-    let element = Format::Jnifti.element(volume.element());
-    let ([x, y, z], channels) = (volume.size(), volume.channels());
-    let mut shape = vec![x, y, z];
-    if channels > 1 {
-        shape.push(channels);
+fn value<T: Sample>(path: &Path, grid: &GridData<T>) -> Result<Value, Problem> {
+    let array = grid.arrays.first();
+    let array = array.ok_or_else(|| Problem::Empty("a file without an array".into()))?;
+    let element = Format::Jnifti.element(grid.element);
+    if Format::of(path) != Some(Format::Jnifti) {
+        let mut shape = grid.size.to_vec();
+        shape.extend(array.axes.iter().map(|axis| axis.len));
+        let values = Packed::new(element, shape, true, array.by_axis(grid.size))?;
+        return Ok(object([(array.name, Value::Packed(values))]));
     }
-    let places = x * y * z;
-    let values = (0..channels).flat_map(|c| (0..places).map(move |i| i * channels + c));
-    let values = values.map(|i| volume.data()[i].wide());
-    Packed::new(element, shape, true, values)
+    let placed = nifti::Placed::new(grid, array)?;
+    let shape = placed.shape.clone();
+    let mut steps = vec![1.0; shape.len() - 3];
+    if let (Some(step), Some((_, width))) = (steps.first_mut(), placed.gates()) {
+        *step = width;
+    }
+    let image = Image {
+        values: Packed::new(element, shape, true, placed.array.by_axis(grid.size))?,
+        frame: placed.frame,
+        steps: &steps,
+        unit: placed.unit(),
+        name: array.name,
+        description: &placed.description(),
+    };
+    Ok(image.into_value())
 }

@@ -8,7 +8,7 @@ use glam::{DMat3, DVec3};
 /// Returns the position of the cells of the array `name` with a given size. `numbers` returns the
 /// array of a name if it has the requested number of elements, all finite. With several meters,
 /// names of arrays begin with the name of the meter.
-pub(super) fn place(
+pub fn place(
     name: &str,
     size: [usize; 3],
     mut numbers: impl FnMut(&str, usize) -> Option<Vec<f64>>,

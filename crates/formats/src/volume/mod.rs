@@ -15,6 +15,7 @@ pub mod vtk;
 
 mod format;
 mod frame;
+mod grid_data;
 mod layout;
 mod metered;
 mod options;
@@ -33,7 +34,9 @@ use series::{Plan, Series};
 
 pub use format::Format;
 pub use frame::VolumeFrame;
+pub use grid_data::{Field, GridArray, GridAxis, GridData, strided};
 pub use layout::AxisOrder;
+pub use metered::place as metered_place;
 pub use options::Options;
 use options::choose;
 pub use write::{Stored, write};

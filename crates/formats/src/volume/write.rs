@@ -2,7 +2,10 @@
 
 use std::path::Path;
 
-use super::{AxisOrder, Format, Sample, Volume, hdf5, jnifti, mat, npy, npz, nrrd, vol, vti, vtk};
+use super::{
+    AxisOrder, Format, GridData, Sample, Volume, hdf5, jnifti, mat, nifti, npy, npz, nrrd, vol,
+    vti, vtk,
+};
 use crate::element::Element;
 use crate::error::{FileError, Problem};
 
@@ -43,10 +46,11 @@ pub fn write<T: Sample>(path: &Path, volume: &Volume<T>, name: &str) -> Result<S
         Format::Hdf5 => hdf5::write(path, volume, name),
         Format::Mat => mat::write(path, volume, name),
         Format::Nrrd => nrrd::write(path, volume),
-        Format::Vti => vti::write(path, volume, name),
+        Format::Vti => vti::write(path, &GridData::of_volume(volume, name)),
         Format::Vtk => vtk::write(path, volume, name),
-        Format::Jnifti | Format::Jdata => jnifti::write(path, volume, name),
-        Format::Vdb | Format::Nifti => Err(Format::unknown().at(path)),
+        Format::Nifti => nifti::write(path, &GridData::of_volume(volume, name)),
+        Format::Jnifti | Format::Jdata => jnifti::write(path, &GridData::of_volume(volume, name)),
+        Format::Vdb => Err(Format::unknown().at(path)),
     }?;
     Ok(stored)
 }
@@ -68,7 +72,7 @@ fn stored<T: Sample>(format: Format, volume: &Volume<T>) -> Result<Stored, Probl
         element,
         rounding,
         place: match format {
-            Format::Nrrd | Format::Vti | Format::Jnifti => true,
+            Format::Nrrd | Format::Vti | Format::Nifti | Format::Jnifti => true,
             Format::Vol | Format::Vtk => !turned,
             _ => false,
         },

@@ -3,6 +3,7 @@
 
 use super::{Array, Arrays, Read, numbered, plain};
 use crate::atomic;
+use crate::element::Element;
 use crate::error::{FileError, Problem};
 use crate::input::Limits;
 use crate::volume::hdf5::{self, StoredNumbers};
@@ -13,13 +14,14 @@ use std::io;
 use std::path::Path;
 
 /// Writes all arrays.
-pub(super) fn write(path: &Path, arrays: &Arrays) -> Result<(), FileError> {
+pub(super) fn write(path: &Path, arrays: &Arrays, element: Element) -> Result<(), FileError> {
     atomic::write(path, |file| {
         let text =
             |(name, value): &(String, Value)| AttributeBuilder::fixed_string(name, plain(value));
         let attributes = arrays.attributes.iter().map(text);
         let root = attributes.fold(Hdf5Builder::new(), Hdf5Builder::attribute);
-        let datasets = arrays.list.iter().map(dataset);
+        let datasets = arrays.list.iter();
+        let datasets = datasets.map(|array| dataset(array, arrays.element(array, element)));
         let all = datasets.collect::<Result<Vec<_>, Error>>();
         let plan = all.and_then(|all| all.into_iter().fold(root, Hdf5Builder::dataset).into_plan());
         let writer = Hdf5Writer::new(file, WriteOptions::default());
@@ -29,9 +31,14 @@ pub(super) fn write(path: &Path, arrays: &Arrays) -> Result<(), FileError> {
     })
 }
 
-fn dataset(array: &Array) -> Result<DatasetBuilder, Error> {
+fn dataset(array: &Array, element: Element) -> Result<DatasetBuilder, Error> {
     let shape: Vec<u64> = array.shape.iter().map(|&n| n as u64).collect();
-    let dataset = DatasetBuilder::typed_data(&array.name, shape, &array.data)?;
+    let dataset = if element == Element::F32 {
+        let data: Vec<f32> = array.data.iter().map(|v| *v as f32).collect();
+        DatasetBuilder::typed_data(&array.name, shape, &data)?
+    } else {
+        DatasetBuilder::typed_data(&array.name, shape, &array.data)?
+    };
     let axes = AttributeBuilder::fixed_string("axes", array.axes.join(" "));
     let unit = if array.unit.is_empty() {
         "1"

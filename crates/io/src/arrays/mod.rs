@@ -1,8 +1,10 @@
 //! Files of named arrays with units and axes: readings of meters.
 //!
-//! NPZ and HDF5 hold all arrays of a measurement, NPY and NRRD a single one. Elements are float64;
-//! the last axis runs fastest.
+//! NPZ, HDF5 and MATLAB's files hold all arrays of a measurement, VTI all arrays over the grid of a
+//! meter, NRRD, NIfTI and JNIfTI one of them, with its errors in a second file, and NPY a single array. The
+//! last axis runs fastest.
 
+mod grid;
 mod hdf5;
 mod jdata;
 mod mat;
@@ -17,12 +19,13 @@ mod volume;
 pub use quality::Quality;
 pub use readings::{Context, arrays, attributes, list};
 
+use crate::element::Element;
 use crate::error::{FileError, Problem};
 use crate::input::Limits;
-use crate::volume::Format;
+use crate::volume::{Format, jnifti, nifti, vti};
 use crate::{atomic, npy};
 use serde_json::Value;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A named array.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,16 +42,6 @@ pub struct Array {
     pub data: Vec<f64>,
 }
 
-/// Position in space of the array that a one-array format holds.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ArrayPlacement {
-    /// Names of axes that are directions in space, each with the vector from an element to the
-    /// next.
-    pub steps: Vec<(String, [f64; 3])>,
-    /// Position of the first element: the centre of its cell.
-    pub origin: [f64; 3],
-}
-
 /// All results of a measurement.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Arrays {
@@ -57,8 +50,6 @@ pub struct Arrays {
     /// Index in `list` of the array for formats with a single array; `None` if there are several
     /// meters.
     pub main: Option<usize>,
-    /// Position of this array, if it lies in space.
-    pub placement: Option<ArrayPlacement>,
     /// Further attributes: texts, numbers, and the energy balance as an object.
     pub attributes: Vec<(String, Value)>,
     /// Arrays of the file that could not be read, each with the reason.
@@ -100,7 +91,6 @@ impl Read {
         Ok(Arrays {
             main: (self.arrays.len() == 1).then_some(0),
             list: self.arrays,
-            placement: None,
             attributes: self.attributes,
             left_out: left_out
                 .map(|(name, problem)| (name, problem.to_string()))
@@ -148,16 +138,30 @@ pub enum ArrayFormat {
     Npy,
     /// Nearly raw raster data: a single array, with its position in space.
     Nrrd,
+    /// XML image data of VTK: all arrays over one grid in space.
+    Vti,
+    /// NIfTI file: a single array over a grid in space.
+    Nifti,
+    /// JNIfTI file, as text or binary: a single array over a grid in space.
+    Jnifti,
+    /// MATLAB file, version 5: all arrays, and a text `metadata` in JSON.
+    Mat,
     /// Hierarchical data format 5: all arrays, with attributes.
     Hdf5,
 }
 
 impl ArrayFormat {
     /// File extensions and their formats.
-    pub const EXTENSIONS: [(&'static str, ArrayFormat); 5] = [
+    pub const EXTENSIONS: [(&'static str, ArrayFormat); 11] = [
         ("npz", ArrayFormat::Npz),
         ("h5", ArrayFormat::Hdf5),
         ("hdf5", ArrayFormat::Hdf5),
+        ("mat", ArrayFormat::Mat),
+        ("vti", ArrayFormat::Vti),
+        ("nii.gz", ArrayFormat::Nifti),
+        ("nii", ArrayFormat::Nifti),
+        ("jnii", ArrayFormat::Jnifti),
+        ("bnii", ArrayFormat::Jnifti),
         ("nrrd", ArrayFormat::Nrrd),
         ("npy", ArrayFormat::Npy),
     ];
@@ -168,41 +172,124 @@ impl ArrayFormat {
     ///
     /// Returns an error for another extension.
     pub fn of(path: &Path) -> Result<Self, FileError> {
-        let extension = path.extension().and_then(|e| e.to_str());
-        let extension = extension.map(str::to_ascii_lowercase);
-        let found = Self::EXTENSIONS
-            .into_iter()
-            .find(|(name, _)| Some(*name) == extension.as_deref());
-        found.map(|(_, format)| format).ok_or_else(|| {
+        let found = split(path).map(|(_, _, format)| format);
+        found.ok_or_else(|| {
             let names = Self::EXTENSIONS.map(|(name, _)| format!(".{name}"));
             let message = format!("arrays are written to {}", names.join(", "));
             Problem::Unsupported(message).at(path)
         })
     }
 
-    /// Returns true if the format holds a single array.
+    /// Returns true if the format holds arrays of a single meter.
     pub fn is_single(self) -> bool {
-        matches!(self, ArrayFormat::Npy | ArrayFormat::Nrrd)
+        matches!(self, ArrayFormat::Npy | ArrayFormat::Nrrd) || self.needs_grid()
+    }
+
+    /// Returns true if the format holds only arrays over x, y and z.
+    pub fn needs_grid(self) -> bool {
+        matches!(
+            self,
+            ArrayFormat::Vti | ArrayFormat::Nifti | ArrayFormat::Jnifti
+        )
+    }
+
+    /// Returns the path of a second file, with standard errors, for formats of one array with its
+    /// place: `NAME_error` with the extension of the first file.
+    pub fn errors_beside(self, path: &Path) -> Option<PathBuf> {
+        if matches!(self, ArrayFormat::Vti | ArrayFormat::Npy) || !self.is_single() {
+            return None;
+        }
+        let (stem, extension, _) = split(path)?;
+        Some(path.with_file_name(format!("{stem}{}{extension}", readings::ERROR)))
     }
 }
 
+/// Splits the name of a file before its extension. Also returns the format of the extension.
+fn split(path: &Path) -> Option<(&str, &str, ArrayFormat)> {
+    let name = path.file_name()?.to_str()?;
+    ArrayFormat::EXTENSIONS
+        .iter()
+        .find_map(|(extension, format)| {
+            let start = name.len().checked_sub(extension.len() + 1)?;
+            let (stem, end) = (name.get(..start)?, name.get(start..)?);
+            let is_this = end.starts_with('.') && end[1..].eq_ignore_ascii_case(extension);
+            (is_this && !stem.is_empty()).then_some((stem, end, *format))
+        })
+}
+
 impl Arrays {
-    /// Writes the arrays, completely or not at all.
+    /// Writes the arrays, completely or not at all. Readings and their statistics have numbers of
+    /// the type `element`: double or single precision. All other arrays keep double precision.
     ///
     /// # Errors
     ///
-    /// Returns an error for a format of one array and several meters, and the errors of
+    /// Returns an error for a format of one meter and several meters, for a format of grids and an
+    /// array that lies on none, for numbers beyond single precision, and the errors of
     /// [`atomic::write()`].
-    pub fn write(&self, path: &Path, format: ArrayFormat) -> Result<(), FileError> {
+    pub fn write(
+        &self,
+        path: &Path,
+        format: ArrayFormat,
+        element: Element,
+    ) -> Result<(), FileError> {
+        self.check_range(element)
+            .map_err(|problem| problem.at(path))?;
         match format {
-            ArrayFormat::Npz => npz::write(path, self),
-            ArrayFormat::Hdf5 => hdf5::write(path, self),
-            ArrayFormat::Nrrd => nrrd::write(path, self),
-            ArrayFormat::Npy => {
-                let array = self.single().map_err(|problem| problem.at(path))?;
-                atomic::write(path, |file| npy::write_f64(file, &array.shape, &array.data))
+            ArrayFormat::Npz => return npz::write(path, self, element),
+            ArrayFormat::Hdf5 => return hdf5::write(path, self, element),
+            ArrayFormat::Mat => return mat::write(path, self, element),
+            _ => {}
+        }
+        let main = self.single().map_err(|problem| problem.at(path))?;
+        self.write_one(path, format, main, element)?;
+        let errors = format.errors_beside(path).zip(self.errors(main));
+        errors.map_or(Ok(()), |(path, errors)| {
+            self.write_one(&path, format, errors, element)
+        })
+    }
+
+    /// Writes an array in a format of one meter. In VTI all arrays over its grid follow.
+    fn write_one(
+        &self,
+        path: &Path,
+        format: ArrayFormat,
+        array: &Array,
+        element: Element,
+    ) -> Result<(), FileError> {
+        let grid = || {
+            self.grid(array, element)
+                .map_err(|problem| problem.at(path))
+        };
+        match format {
+            ArrayFormat::Vti => vti::write(path, &grid()?),
+            ArrayFormat::Nifti => nifti::write(path, &grid()?),
+            ArrayFormat::Jnifti => jnifti::write(path, &grid()?),
+            ArrayFormat::Nrrd => nrrd::write(path, self, array, element),
+            _ => atomic::write(path, |file| {
+                npy::write_elements(file, element, &array.shape, array.data.iter().copied())
+            }),
+        }
+    }
+
+    /// Returns the standard errors of an array.
+    fn errors(&self, of: &Array) -> Option<&Array> {
+        let name = readings::error_of(&of.name);
+        self.list.iter().find(|array| array.name == name)
+    }
+
+    /// Refuses finite numbers that a type cannot hold.
+    fn check_range(&self, element: Element) -> Result<(), Problem> {
+        for array in &self.list {
+            let element = self.element(array, element);
+            let too_large = |v: &&f64| v.is_finite() && !element.nearest(**v).is_finite();
+            if let Some(value) = array.data.iter().find(too_large) {
+                return Err(Problem::TooLarge(format!(
+                    "{value} of '{}' as a number of type {element}: write float64",
+                    array.name
+                )));
             }
         }
+        Ok(())
     }
 
     /// Reads all arrays of a file. In `.npy`, `.npz`, HDF5 (all groups, with paths as names) and
@@ -275,7 +362,7 @@ impl Arrays {
     fn single(&self) -> Result<&Array, Problem> {
         let array = self.main.and_then(|i| self.list.get(i));
         array.ok_or_else(|| {
-            let message = "a file of one array for the readings of several meters; use .npz or .h5";
+            let message = "a file of one meter for the readings of several meters: choose a meter, or use .npz, .h5 or .mat";
             Problem::Unsupported(message.into())
         })
     }

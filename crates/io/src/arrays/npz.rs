@@ -1,6 +1,7 @@
 //! Arrays in NPZ archives.
 
 use super::{Array, Arrays, Read, npy_file};
+use crate::element::Element;
 use crate::error::{FileError, Problem};
 use crate::input::{Budget, Limits};
 use crate::volume::INFLATION;
@@ -15,22 +16,20 @@ use zip::result::ZipError;
 const MAX_METADATA: u64 = 64 << 20;
 
 /// Writes all arrays and a text `metadata`.
-pub(super) fn write(path: &Path, arrays: &Arrays) -> Result<(), FileError> {
+pub(super) fn write(path: &Path, arrays: &Arrays, element: Element) -> Result<(), FileError> {
     npz::write(path, |archive| {
         for array in &arrays.list {
-            let bytes = array.data.len() * size_of::<f64>();
-            npy::write_f64(
-                archive.member(&array.name, bytes)?,
-                &array.shape,
-                &array.data,
-            )?;
+            let element = arrays.element(array, element);
+            let file = archive.member(&array.name, array.data.len() * element.size())?;
+            let values = array.data.iter().copied();
+            npy::write_elements(file, element, &array.shape, values)?;
         }
         npy::write_text(archive.member("metadata", 0)?, &metadata(arrays))
     })
 }
 
 /// Returns the attributes, and units and axes of all arrays, as JSON.
-fn metadata(arrays: &Arrays) -> String {
+pub(super) fn metadata(arrays: &Arrays) -> String {
     let about = arrays.list.iter().map(|array| {
         let value = json!({"unit": array.unit, "axes": array.axes});
         (array.name.clone(), value)

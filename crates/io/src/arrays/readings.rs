@@ -1,16 +1,22 @@
 //! Conversion of meter readings to arrays with units.
 
-use super::{Array, ArrayPlacement, Arrays, Quality, records};
+use super::grid::METRES;
+use super::{Array, Arrays, Quality, records};
 use crate::assemble::{Gruneisen, Instrument, Normalization};
 use serde_json::Value;
-use transport::meter::{Coordinates, Meter, Reading, RecordTable};
+use transport::meter::{Meter, Reading, RecordTable};
 use transport::render::Measurement;
 
 /// Name endings of arrays that hold statistics of another array.
 pub(super) const STATISTICS: [&str; 3] = [ERROR, EFFECTIVE, FEW];
-const ERROR: &str = "_error";
+pub(super) const ERROR: &str = "_error";
 const EFFECTIVE: &str = "_effective";
 const FEW: &str = "_few";
+
+/// Returns the name of the standard errors of an array.
+pub(super) fn error_of(name: &str) -> String {
+    format!("{name}{ERROR}")
+}
 
 /// A measurement, with its meters and the names of its channels.
 #[derive(Clone, Copy, Debug)]
@@ -21,27 +27,41 @@ pub struct Context<'a> {
     pub measurement: &'a Measurement,
     /// Names of the channels.
     pub channels: &'a [String],
+    /// Number of the meter whose readings are wanted; `None` for all meters.
+    pub meter: Option<usize>,
+}
+
+/// Meter, with its readings and its records.
+type Measured<'a> = (&'a Instrument, &'a Vec<Reading>, &'a Option<RecordTable>);
+
+impl<'a> Context<'a> {
+    /// Returns the wanted meters.
+    fn meters(&self) -> impl Iterator<Item = Measured<'a>> + use<'a> {
+        let (meter, measurement) = (self.meter, self.measurement);
+        let measured = measurement.readings.iter().zip(&measurement.records);
+        (self.instruments.iter().zip(measured).enumerate())
+            .filter(move |(i, _)| meter.is_none_or(|wanted| wanted == *i))
+            .map(|(_, (instrument, (readings, records)))| (instrument, readings, records))
+    }
 }
 
 /// Returns all readings: means and standard errors, effective numbers of particles, flags where
 /// these numbers are too low, the edges of all bins, and the positions of grids. Adds to
 /// `attributes`.
 pub fn arrays(context: &Context, attributes: Vec<(String, Value)>) -> Arrays {
-    let (mut main, mut placement) = (None, None);
-    if let [instrument] = context.instruments {
-        // Choose the first reading of a fluence meter, and the most detailed (last) reading of an
-        // irradiance meter.
-        let readings = context.measurement.readings.first().map_or(0, Vec::len);
+    // Choose the first reading of a fluence meter, and the most detailed (last) reading of an
+    // irradiance meter.
+    let main = |(instrument, readings, _): Measured| {
         let first = matches!(instrument.meter, Meter::Fluence(_));
-        let reading = if first { 0 } else { readings.saturating_sub(1) };
-        main = Some(BEFORE_READINGS + ARRAYS * reading);
-        placement = self::placement(&instrument.meter);
-    }
+        let last = readings.len().saturating_sub(1);
+        BEFORE_READINGS + ARRAYS * if first { 0 } else { last }
+    };
+    let mut meters = context.meters();
+    let only = meters.next().filter(|_| meters.next().is_none());
     Arrays {
         left_out: Vec::new(),
         list: list(context, &|_| true),
-        main,
-        placement,
+        main: only.map(main),
         attributes: self::attributes(context, attributes),
     }
 }
@@ -49,8 +69,7 @@ pub fn arrays(context: &Context, attributes: Vec<(String, Value)>) -> Arrays {
 /// Returns the arrays of a measurement. Only arrays whose names are `wanted` have elements.
 pub fn list(context: &Context, wanted: &dyn Fn(&str) -> bool) -> Vec<Array> {
     let mut list = vec![emitted(context)];
-    let scribes = scribes(context, wanted);
-    for (scribe, records) in scribes.iter().zip(&context.measurement.records) {
+    for scribe in scribes(context, wanted) {
         for reading in scribe.readings {
             list.extend(scribe.reading(reading));
         }
@@ -58,8 +77,8 @@ pub fn list(context: &Context, wanted: &dyn Fn(&str) -> bool) -> Vec<Array> {
             list.extend(scribe.pressure(&scribe.readings[Instrument::ABSORBED], gruneisen));
         }
         list.extend(scribe.axes());
-        if let Some(table) = records {
-            list.extend(scribe.records(table));
+        if let Some(table) = scribe.records {
+            list.extend(scribe.record_arrays(table));
         }
     }
     list
@@ -69,10 +88,12 @@ pub fn list(context: &Context, wanted: &dyn Fn(&str) -> bool) -> Vec<Array> {
 /// the given attributes.
 pub fn attributes(context: &Context, mut attributes: Vec<(String, Value)>) -> Vec<(String, Value)> {
     attributes.push(("channels".into(), context.channels.join(" ").into()));
-    let scribes = scribes(context, &|_| false);
-    for (scribe, records) in scribes.iter().zip(&context.measurement.records) {
+    for scribe in scribes(context, &|_| false) {
         let prefix = &scribe.prefix;
-        if let Some(table) = records {
+        if let Some(metres) = scribe.instrument.metres_per_unit {
+            attributes.push((format!("{prefix}{METRES}"), metres.into()));
+        }
+        if let Some(table) = scribe.records {
             attributes.extend(records::attributes(table, prefix));
         }
         let name = scribe.instrument.name.clone();
@@ -88,17 +109,14 @@ pub fn attributes(context: &Context, mut attributes: Vec<(String, Value)>) -> Ve
 
 /// Returns a converter for the readings of each meter.
 fn scribes<'a>(context: &'a Context, wanted: &'a dyn Fn(&str) -> bool) -> Vec<Scribe<'a>> {
-    let several = context.instruments.len() > 1;
-    let measured = context
-        .instruments
-        .iter()
-        .zip(&context.measurement.readings);
-    let scribe = |(instrument, readings): (&'a Instrument, &'a Vec<Reading>)| {
+    let several = context.meters().nth(1).is_some();
+    let scribe = |(instrument, readings, records): Measured<'a>| {
         let mut axes = readings.iter().flat_map(|r| &r.axes);
         Scribe {
             context,
             instrument,
             readings,
+            records,
             prefix: if several {
                 format!("{}.", instrument.name)
             } else {
@@ -108,7 +126,7 @@ fn scribes<'a>(context: &'a Context, wanted: &'a dyn Fn(&str) -> bool) -> Vec<Sc
             wanted,
         }
     };
-    measured.map(scribe).collect()
+    context.meters().map(scribe).collect()
 }
 
 /// Number of arrays before the arrays of the first reading.
@@ -143,6 +161,7 @@ struct Scribe<'a> {
     context: &'a Context<'a>,
     instrument: &'a Instrument,
     readings: &'a [Reading],
+    records: &'a Option<RecordTable>,
     /// Name of the meter and a dot, if there are several meters; otherwise empty.
     prefix: String,
     /// True if the meter separates light by optical length. Emitters are then pulses with an
@@ -201,7 +220,7 @@ impl Scribe<'_> {
     }
 
     /// Returns the records of detected light.
-    fn records(&self, table: &RecordTable) -> Vec<Array> {
+    fn record_arrays(&self, table: &RecordTable) -> Vec<Array> {
         let channels = self.context.channels.len();
         let scaled = |values: &[f64]| -> Vec<f64> {
             let values = values.iter().enumerate();
@@ -323,21 +342,4 @@ impl Scribe<'_> {
 /// Returns 1/x, or 0 for a channel without light.
 fn reciprocal(x: f64) -> f64 {
     if x > 0.0 { x.recip() } else { 0.0 }
-}
-
-/// Returns the position of a Cartesian grid's cells.
-fn placement(meter: &Meter) -> Option<ArrayPlacement> {
-    let Meter::Fluence(meter) = meter else {
-        return None;
-    };
-    let grid = &meter.grid;
-    let step = |i: usize| (grid.to_world().matrix3.col(i) / grid.size()[i] as f64).to_array();
-    (grid.coordinates() == Coordinates::Cartesian).then(|| ArrayPlacement {
-        steps: ["x", "y", "z"]
-            .iter()
-            .enumerate()
-            .map(|(i, name)| ((*name).to_owned(), step(i)))
-            .collect(),
-        origin: grid.middle(0).to_array(),
-    })
 }

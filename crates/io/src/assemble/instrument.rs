@@ -2,7 +2,7 @@
 
 use crate::diagnostic::lints;
 use transport::Scene;
-use transport::meter::{Estimator, Meter};
+use transport::meter::{Coordinates, Estimator, Meter};
 use transport::scene::{SceneProblem, Subject};
 
 /// Maximum number of cells whose centres are tested for an attenuating medium.
@@ -47,11 +47,18 @@ pub struct Instrument {
     pub normalization: Normalization,
     /// Parameters of initial pressures, if these are requested.
     pub gruneisen: Option<Gruneisen>,
+    /// Length of a scene unit in m, if the scene states it.
+    pub metres_per_unit: Option<f64>,
 }
 
 impl Instrument {
     /// Number of the reading to which initial pressures are proportional: absorbed power.
     pub const ABSORBED: usize = 1;
+
+    /// Returns true if the cells of the meter lie on a grid over x, y and z.
+    pub fn has_grid(&self) -> bool {
+        matches!(&self.meter, Meter::Fluence(meter) if meter.grid.coordinates() == Coordinates::Cartesian)
+    }
 
     /// Returns a warning about cells in which the meter cannot score, because no medium attenuates
     /// light there.

@@ -142,9 +142,10 @@ fn instrument(
     let lengths = lengths(&mut q);
     let weight_windows = weight_windows(&mut q, lengths.is_some());
     // Read the parameters of the meter's type.
-    let (mut meter, mut pressure) = (None, None);
+    let (mut meter, mut pressure, mut metres_per_unit) = (None, None, None);
     match (object.plugin.as_str(), place) {
         ("fluencemeter", None) => {
+            metres_per_unit = q.has("metres_per_unit").then(|| q.float("metres_per_unit"));
             pressure = gruneisen(&mut q);
             let sidebands = q.boolean("tagged");
             let sidebands = sidebands.then(|| tagging::sidebands(&mut q, context.channels));
@@ -194,6 +195,7 @@ fn instrument(
         meter,
         normalization,
         gruneisen: pressure,
+        metres_per_unit,
     });
     (instrument, samples)
 }

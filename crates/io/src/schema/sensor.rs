@@ -211,7 +211,7 @@ const CELLS: &[Parameter] = &[
         .or(1.0),
     float(
         "metres_per_unit",
-        "length of a scene unit in metres, for p0",
+        "length of a scene unit in metres, for p0 and for units in files",
     )
     .positive()
     .or(1.0),

@@ -1,6 +1,9 @@
 //! Meters in scene files, and their readings as files.
 
+use glam::{DMat3, DVec3};
 use morgana_io::arrays::{Array, ArrayFormat, Arrays, Context, arrays};
+use morgana_io::element::Element;
+use morgana_io::volume::{Options, Volume};
 use morgana_io::{Limits, LoadOptions, Loaded, npy};
 use std::fs;
 use std::io::Read;
@@ -78,6 +81,7 @@ fn readings(loaded: &Loaded, measurement: &Measurement) -> Arrays {
         instruments: &loaded.instruments,
         measurement,
         channels: &loaded.channel_names,
+        meter: None,
     };
     let balance = serde_json::json!({"escaped": {"mean": 0.5}});
     arrays(
@@ -333,7 +337,7 @@ fn channels_run_last() {
 /// Writes in a format and returns the bytes.
 fn written(arrays: &Arrays, folder: &Path, name: &str, format: ArrayFormat) -> Vec<u8> {
     let path = folder.join(name);
-    arrays.write(&path, format).unwrap();
+    arrays.write(&path, format, Element::F64).unwrap();
     fs::read(path).unwrap()
 }
 
@@ -473,8 +477,89 @@ fn several_meters_need_a_file_of_several_arrays() {
     assert_eq!(array(&arrays, "tank.fluence").shape, [4, 3, 2]);
     let folder = tempfile::tempdir().unwrap();
     let error = arrays
-        .write(&folder.path().join("a.npy"), ArrayFormat::Npy)
+        .write(&folder.path().join("a.npy"), ArrayFormat::Npy, Element::F64)
         .unwrap_err();
     assert!(error.to_string().contains("several meters"), "{error}");
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+/// Grids in space as this project's own readers see them. python/tests/test_reading_files.py has
+/// other libraries read all formats.
+#[test]
+fn files_of_grids_keep_place_and_errors() {
+    let loaded = load(&scene(
+        "",
+        &fluence(r#"<float name="metres_per_unit" value="1e-3"/>"#),
+    ));
+    let loaded = loaded.unwrap();
+    let arrays = readings(&loaded, &run(&loaded, 500));
+    let [mean, error] = ["fluence", "fluence_error"].map(|name| array(&arrays, name));
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    // The box is [-1, 1]³, with 2 × 3 × 4 cells.
+    let first = DVec3::new(-0.5, -2.0 / 3.0, -0.75);
+    let steps = DVec3::new(1.0, 2.0 / 3.0, 0.5);
+    for (name, format) in [
+        ("a.vti", ArrayFormat::Vti),
+        ("a.nii", ArrayFormat::Nifti),
+        ("a.nii.gz", ArrayFormat::Nifti),
+        ("a.jnii", ArrayFormat::Jnifti),
+        ("a.bnii", ArrayFormat::Jnifti),
+        ("a.nrrd", ArrayFormat::Nrrd),
+    ] {
+        for element in [Element::F32, Element::F64] {
+            let path = folder.join(name);
+            arrays.write(&path, format, element).unwrap();
+            let second = format.errors_beside(&path);
+            let place = second.as_ref().unwrap_or(&path);
+            for (array, path) in [(mean, &path), (error, place)] {
+                let several = Options::default().of(&array.name);
+                let options = if format == ArrayFormat::Vti {
+                    several
+                } else {
+                    Options::default()
+                };
+                let volume = Volume::<f64>::read(path, options).unwrap();
+                let rounded: Vec<f64> = array.data.iter().map(|v| element.nearest(*v)).collect();
+                assert_eq!(
+                    (volume.size(), volume.element()),
+                    ([2, 3, 4], element),
+                    "{name}"
+                );
+                assert_eq!(volume.data(), rounded, "{name}");
+                let frame = volume.place();
+                assert!((frame.first - first).abs().max_element() < 1e-6, "{name}");
+                let found = frame.steps - DMat3::from_diagonal(steps);
+                assert!(
+                    found.to_cols_array().iter().all(|v| v.abs() < 1e-6),
+                    "{name}"
+                );
+                let unit = (format != ArrayFormat::Vti).then_some("mm");
+                assert_eq!(volume.unit(), unit, "{name}");
+            }
+        }
+    }
+    let beside = ArrayFormat::Nifti.errors_beside(Path::new("b/a.NII.GZ"));
+    assert_eq!(beside.unwrap(), Path::new("b/a_error.NII.GZ"));
+}
+
+#[test]
+fn matlab_files_keep_all_arrays() {
+    let loaded = load(&scene("", &fluence(""))).unwrap();
+    let arrays = readings(&loaded, &run(&loaded, 100));
+    let folder = tempfile::tempdir().unwrap();
+    written(&arrays, folder.path(), "a.mat", ArrayFormat::Mat);
+    let back = Arrays::read(&folder.path().join("a.mat"), Limits::default()).unwrap();
+    assert_eq!(back.list.len(), arrays.list.len());
+    let found = array(&back, "fluence");
+    assert_eq!(found.shape, [2, 3, 4]);
+    let mean = array(&arrays, "fluence");
+    for (i, value) in found.data.iter().enumerate() {
+        let (x, y, z) = (i / 12, i / 4 % 3, i % 4);
+        assert_eq!(*value, mean.data[2 * (3 * z + y) + x]);
+    }
+    assert_eq!(
+        array(&back, "to_world").data,
+        array(&arrays, "to_world").data
+    );
 }

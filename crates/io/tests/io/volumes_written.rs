@@ -6,8 +6,9 @@ use glam::{DMat3, DVec3};
 use morgana_io::element::Element;
 use morgana_io::volume::{AxisOrder, Format, Options, Volume, VolumeFrame, write};
 
-const FORMATS: [&str; 12] = [
-    "vol", "npy", "npz", "h5", "mat", "nrrd", "vti", "vtk", "jnii", "bnii", "jdt", "jdb",
+const FORMATS: [&str; 14] = [
+    "vol", "npy", "npz", "h5", "mat", "nrrd", "vti", "vtk", "nii", "nii.gz", "jnii", "bnii", "jdt",
+    "jdb",
 ];
 
 /// Values that a type represents exactly: quarters in floating point, integers otherwise.
@@ -77,6 +78,7 @@ fn types_that_formats_have() {
             Format::Vtk,
             Format::Jnifti,
             Format::Jdata,
+            Format::Nifti,
         ] {
             let expected = if element == Element::F16 {
                 Element::F32
@@ -93,16 +95,18 @@ fn types_that_formats_have() {
 #[test]
 fn places_are_kept() {
     let folder = tempfile::tempdir().unwrap();
-    for format in ["nrrd", "vti", "vtk"] {
+    for format in ["nrrd", "vti", "vtk", "nii"] {
         let path = folder.path().join("a").with_extension(format);
         for nodes in [false, true] {
+            // NIfTI has samples at the centres of cells only.
+            let nodes = nodes && format != "nii";
             let volume = sample(Element::F32, 1)
                 .with_frame(place(nodes))
                 .with_unit(Some("mm".into()));
             assert!(write(&path, &volume, "density").unwrap().place);
             let read = Volume::<f64>::read(&path, Options::default()).unwrap();
             assert_eq!(read.frame(), Some(place(nodes)), "{format}");
-            if format == "nrrd" {
+            if ["nrrd", "nii"].contains(&format) {
                 assert_eq!(read.unit(), Some("mm"));
             }
         }
@@ -130,6 +134,7 @@ fn turned_grids() {
         ("vti", true),
         ("jnii", true),
         ("bnii", true),
+        ("nii", true),
         ("vtk", false),
         ("vol", false),
     ] {

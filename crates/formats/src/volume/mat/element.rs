@@ -7,6 +7,7 @@ use crate::element::Element;
 use crate::error::Problem;
 
 pub(super) const INT8: u32 = 1;
+pub(super) const UINT16: u32 = 4;
 pub(super) const INT32: u32 = 5;
 pub(super) const UINT32: u32 = 6;
 pub(super) const MATRIX: u32 = 14;
@@ -38,6 +39,8 @@ const CLASSES: [(u8, Element); 10] = [
     (14, Element::I64),
     (15, Element::U64),
 ];
+/// Class of an array of characters.
+pub(super) const TEXT_CLASS: u8 = 4;
 /// Flag of an array with an imaginary part.
 const COMPLEX: u8 = 8;
 /// Longest accepted name or shape, in bytes.

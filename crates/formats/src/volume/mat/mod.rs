@@ -16,7 +16,7 @@ use crate::error::{FileError, Problem};
 use crate::input::{self, Budget, Limits};
 use element::{COMPRESSED, Head, MATRIX, Tag, number};
 
-pub use write::write;
+pub use write::{Content, Variable, write, write_variables};
 
 /// Size of the file header, in bytes.
 const HEADER: usize = 128;
@@ -216,7 +216,7 @@ fn byte_order(reader: &mut impl Read) -> Result<bool, Problem> {
 }
 
 /// Name of a numeric array, and its offset in the file.
-struct Variable {
+struct VariablePlace {
     name: String,
     at: u64,
 }
@@ -226,7 +226,7 @@ fn variables(
     reader: &mut (impl Read + Seek),
     big: bool,
     size: u64,
-) -> Result<Vec<Variable>, Problem> {
+) -> Result<Vec<VariablePlace>, Problem> {
     let mut found = Vec::new();
     let mut at = HEADER as u64;
     while at < size {
@@ -243,7 +243,7 @@ fn variables(
         };
         // Skip variables that are not numeric arrays, such as texts or tables.
         if let Some(Ok(head)) = head {
-            found.push(Variable {
+            found.push(VariablePlace {
                 name: head.name,
                 at,
             });

@@ -205,6 +205,7 @@ fn cells(labels: &Labels, unit: f64, settings: &Settings) -> Value {
     let mut cells = json!({
         "type": "fluencemeter",
         "normalization": "per_watt",
+        "metres_per_unit": 1e-3,
         "nx": nx, "ny": ny, "nz": nz,
         "to_world": [{"scale": [nx as f64 * unit, ny as f64 * unit, nz as f64 * unit]}],
         "sampler": settings.sampler(),

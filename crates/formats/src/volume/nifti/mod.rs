@@ -2,6 +2,8 @@
 //! compressed by gzip.
 //! <https://nifti.nimh.nih.gov/nifti-1/documentation/nifti1fields>
 
+mod write;
+
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
@@ -14,6 +16,9 @@ use crate::binary;
 use crate::element::{Element, Encoding};
 use crate::error::{FileError, Problem};
 use crate::input::{self, Limits};
+
+pub(super) use write::Placed;
+pub use write::write;
 
 /// Size of the header of NIfTI-1, in bytes.
 const NIFTI_1_HEADER: usize = 348;
@@ -333,25 +338,25 @@ pub(super) fn turned(quaternion: DVec3, spacing: DVec3, left: bool) -> DMat3 {
     turn * DMat3::from_diagonal(spacing)
 }
 
+/// Codes of number types.
+const CODES: [(i16, Element); 10] = [
+    (2, Element::U8),
+    (4, Element::I16),
+    (8, Element::I32),
+    (16, Element::F32),
+    (64, Element::F64),
+    (256, Element::I8),
+    (512, Element::U16),
+    (768, Element::U32),
+    (1024, Element::I64),
+    (1280, Element::U64),
+];
+
 /// Returns the type of numbers with a code.
 fn element(code: i16) -> Result<Element, Problem> {
-    Ok(match code {
-        2 => Element::U8,
-        4 => Element::I16,
-        8 => Element::I32,
-        16 => Element::F32,
-        64 => Element::F64,
-        256 => Element::I8,
-        512 => Element::U16,
-        768 => Element::U32,
-        1024 => Element::I64,
-        1280 => Element::U64,
-        _ => {
-            return Err(Problem::Unsupported(format!(
-                "NIfTI with values of type {code}"
-            )));
-        }
-    })
+    let found = CODES.iter().find(|(known, _)| *known == code);
+    let other = || Problem::Unsupported(format!("NIfTI with values of type {code}"));
+    found.map(|(_, element)| *element).ok_or_else(other)
 }
 
 fn short(error: std::io::Error) -> Problem {
