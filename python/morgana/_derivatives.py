@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import warnings
-from typing import Callable, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,12 +12,12 @@ from numpy.typing import ArrayLike, NDArray
 from . import _checks as checks
 from . import _morgana
 from ._errors import RenderError, SceneWarning
-from ._estimate import Data, Estimate, Origin, own_origin, run_with
+from ._estimate import Axes, Data, Estimate, Origin, own_origin, run_with, unnamed
 from ._limits import By
 from ._morgana import Scene
 from ._numbers import numbers
 from ._progress import Bar
-from ._regions import by_medium, row_of, unique
+from ._regions import Row, by_medium, row_of, rows_of, unique
 from ._render import Progress, limits, render
 from ._result import Result
 from ._values import Fields
@@ -33,7 +33,9 @@ class Derivative(Data, Fields):
     """Derivative of a loss by a parameter of a scene.
 
     Derivatives compute like NumPy arrays, with their errors: see :class:`Estimate`. Their axes are
-    ``dim_0``, ``dim_1``, and so on.
+    ``z``, ``y``, ``x`` of samples or pixels, ``label``, ``item`` of other values in a row,
+    ``parameter`` of an index, and ``channel``. For a ``jacobian``, the axes of the reading come
+    first; an axis of the parameter with an equal name is ``parameter.z``, for example.
 
     Examples
     --------
@@ -49,10 +51,15 @@ class Derivative(Data, Fields):
     (parameters,) of another field, or the shape of its parameter."""
     error: Doubles
     """Standard errors, of the same shape, from at most 32 batches of samples."""
+    axes: Optional[Axes] = None
+    """Edges of the bins by axis; ``None`` for axes without names."""
+    names: Dict[str, List[Any]] = dataclasses.field(default_factory=dict)
+    """Names of the items of axes without edges."""
     _origin: Origin = dataclasses.field(init=False, default_factory=own_origin)
 
     def _estimate(self) -> Estimate:
-        made: Estimate = Estimate(self.value, self.error, {f"dim_{i}": None for i in range(np.ndim(self.value))})._from(self._origin)
+        axes = unnamed(np.ndim(self.value)) if self.axes is None else self.axes
+        made: Estimate = Estimate(self.value, self.error, axes, names=self.names)._from(self._origin)
         return made
 
     def _with(self, seed: int) -> "Derivative":
@@ -196,8 +203,7 @@ def derivatives(
     if others:
         with Bar(scene, wanted["samples"], None, progress) as tick:
             found.update(zip(others, _morgana.differentiate(scene, wanted, by, flat, layered, tick)))
-    rows = {name: [row_of(values, of, name, 0) for values in found[parameter]] for name, (parameter, of) in requested.items()}
-    return {name: Derivative(*row)._with(seed) for name, row in rows.items()}
+    return {name: _row(scene, name, found[parameter], of, {})._with(seed) for name, (parameter, of) in requested.items()}
 
 
 def jacobian(
@@ -264,16 +270,38 @@ def jacobian(
     names = unique(requested.values())
     wanted = limits(scene, None, particles, seed, None, threads)
     readings = [name for name, _ in scene._readings]
-    shapes = dict(scene._readings)
     _known([reading], readings, NO_READING, "the scene has no meters")
     by: By = {"parameters": names, "integrator": None}
     with Bar(scene, wanted["samples"], None, progress) as tick:
         found = _morgana.jacobian(scene, wanted, by, readings.index(reading), tick)
     known = dict(zip(names, found))
     # The axes of the reading come first, except channels, which come last.
-    axis = len(shapes[reading]) - (len(scene.channels) > 1)
-    rows = {name: [row_of(values, of, name, axis) for values in known[parameter]] for name, (parameter, of) in requested.items()}
-    return {name: Derivative(*row)._with(seed) for name, row in rows.items()}
+    first = {axis: None if edges is None else np.array(edges) for axis, _, edges in dict(scene._readings)[reading] if axis != "channel"}
+    return {name: _row(scene, name, known[parameter], of, first)._with(seed) for name, (parameter, of) in requested.items()}
+
+
+def _row(scene: Scene, name: str, found: Tuple[Doubles, Doubles], of: Optional[Row], first: Axes) -> Derivative:
+    """Returns the derivative by a parameter, or by a label's row of it, after the axes of a
+    reading."""
+    value, error = (row_of(values, of, name, len(first)) for values in found)
+    return Derivative(value, error, *_axes(scene, name, value.shape, first))
+
+
+def _axes(scene: Scene, name: str, shape: Tuple[int, ...], first: Axes) -> Tuple[Axes, Dict[str, List[Any]]]:
+    """Returns the axes of a derivative after the axes of a reading, and the names of their
+    items."""
+    by_index = f"{name}.".find(".ior.") > 0
+    count = len(shape) - len(first) - (not by_index)
+    labels = [label for label, row in rows_of(scene).items() if name.startswith(f"{row.medium}.")]
+    alone = "parameter" if by_index else "label" if (len(labels),) == shape[len(first) : len(first) + 1] else "item"
+    own = {0: [], 1: [alone], 2: ["y", "x"], 3: ["z", "y", "x"]}.get(count, [f"axis_{i}" for i in range(count)])
+    axes = {**first, **{f"parameter.{axis}" if axis in first else axis: None for axis in own}}
+    names: Dict[str, List[Any]] = {"label": labels} if "label" in own else {}
+    if not by_index:
+        axes["channel"] = None
+        if shape[-1] == len(scene.channels):
+            names["channel"] = list(scene.channels)
+    return axes, names
 
 
 def _names(parameters: Iterable[str]) -> List[str]:
@@ -318,14 +346,14 @@ def _of_picture(scene: Scene, weights: Weights) -> Tuple[List[Doubles], bool]:
 
 def _of_readings(scene: Scene, weights: Weights) -> Tuple[List[Doubles], bool]:
     """Returns the weights of each reading as a flat array, empty for readings without weights."""
-    readings = scene._readings
+    readings = [(name, tuple(size for _, size, _ in axes)) for name, axes in scene._readings]
     if not isinstance(weights, Mapping):
         raise TypeError(f"weights of readings must be a dictionary by names of readings: {', '.join(name for name, _ in readings)}")
     _known(weights, [name for name, _ in readings], NO_READING, "there is none")
 
-    def of(name: str, shape: List[int]) -> Doubles:
+    def of(name: str, shape: Tuple[int, ...]) -> Doubles:
         if name not in weights:
             return np.zeros(0)
-        return _checked(weights[name], f"weights of {name!r}", tuple(shape), "the reading")
+        return _checked(weights[name], f"weights of {name!r}", shape, "the reading")
 
     return [of(name, shape) for name, shape in readings], False

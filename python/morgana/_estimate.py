@@ -14,10 +14,12 @@ from ._checks import optional_positive
 from ._pictures import html_of
 from ._propagation import BINARY, LINEAR, UNARY, error_of_one, error_of_two, unit_of_one, unit_of_two
 from ._selection import Axis, by_name, positions
-from ._values import Fields
-from ._xarray import data_array
+from ._values import Fields, unknown
+from ._xarray import data_array, data_set
 
 Doubles = NDArray[np.float64]
+Axes = Dict[str, Optional[Doubles]]
+"""Edges of the bins by axis; ``None`` for axes without edges."""
 Origin = FrozenSet[str]
 """Names of the runs, with independent random numbers, from which an estimate comes."""
 
@@ -26,6 +28,11 @@ def run_with(seed: Any, kind: str = "the run") -> Origin:
     """Returns the origin of the results of a run. Runs with equal seeds have correlated noise, even
     of different scenes."""
     return frozenset([f"{kind} with the seed {seed}"])
+
+
+def unnamed(count: int) -> Axes:
+    """Returns a number of axes without names."""
+    return {f"dim_{i}": None for i in range(count)}
 
 
 def own_origin() -> Origin:
@@ -252,7 +259,7 @@ class Estimate(Data, Fields):
     """Means of the bins; the shape follows the axes."""
     error: NDArray[Any]
     """Standard errors of the means, of the same shape; NaN if unknown."""
-    axes: Dict[str, Optional[Doubles]]
+    axes: Axes
     """Edges of the bins by axis, the slowest axis first: one more edge than bins. ``None`` for axes
     without edges."""
     unit: str = ""
@@ -261,8 +268,9 @@ class Estimate(Data, Fields):
     """Effective numbers of particles, of the shape of ``mean``; ``None`` if unknown."""
     few: Optional[NDArray[np.bool_]] = None
     """Mask of the unreliable errors, of the shape of ``mean``; ``None`` if unknown."""
-    names: Dict[str, List[str]] = dataclasses.field(default_factory=dict)
-    """Names of the items of axes without edges: ``{"channel": ["R", "G", "B"]}``."""
+    names: Dict[str, List[Any]] = dataclasses.field(default_factory=dict)
+    """Names of the items of axes without edges, ``{"channel": ["R", "G", "B"]}``, or their
+    coordinates, ``{"delay": [0.0, 1e-5]}``."""
     _origin: Origin = dataclasses.field(init=False, default_factory=own_origin)
 
     def _estimate(self) -> "Estimate":
@@ -378,6 +386,49 @@ class Estimate(Data, Fields):
 
     def _repr_html_(self) -> str:
         return html_of(self)
+
+
+class Several(Data):
+    """Base of results of several quantities, which compute with the first of them."""
+
+    @abc.abstractmethod
+    def _quantities(self) -> Dict[str, Estimate]:
+        """Returns the quantities by name, the first one first."""
+
+    def _estimate(self) -> Estimate:
+        return next(iter(self._quantities().values()))
+
+    def to_xarray(self, *, name: Optional[str] = None, metres_per_unit: Optional[float] = None) -> Any:
+        """Convert to an ``xarray.Dataset``.
+
+        Parameters
+        ----------
+        name : str, optional
+            Name of a single quantity; by default all.
+        metres_per_unit : float, optional
+            Has no effect: the axes have no optical path lengths.
+
+        Returns
+        -------
+        xarray.Dataset
+            A variable for each quantity, and one with the suffix ``_error``; ``attrs["units"]`` is
+            the unit.
+
+        Raises
+        ------
+        KeyError
+            An unknown quantity.
+        ImportError
+            xarray is not installed: run ``pip install ".[sweep]"`` in a clone of morgana.
+        """
+        quantities = self._quantities()
+        if name is not None and name not in quantities:
+            raise unknown("quantity", name, quantities)
+        chosen = quantities if name is None else {name: quantities[name]}
+        return data_set(chosen, optional_positive(metres_per_unit, "metres_per_unit"))
+
+    def _repr_html_(self) -> str:
+        return html_of(self._estimate(), repr(self).strip("<>"))
 
 
 def _plain(value: Any) -> Any:

@@ -57,7 +57,7 @@ def html_of(estimate: "Estimate", text: Optional[str] = None) -> str:
     over the others, or a curve over its only long axis, or the values themselves."""
     text = (repr(estimate) if text is None else text).strip("<>")
     axes = estimate._axes()
-    long = [i for i, axis in enumerate(axes) if axis.size > 2 and axis.names is None]
+    long = [i for i, axis in enumerate(axes) if axis.size > 2 and (axis.names is None or axis.has_points)]
     if not estimate.size or not np.isrealobj(estimate.mean):
         return caption(text)
     if not long:

@@ -19,15 +19,23 @@ class Axis(NamedTuple):
     size: int
     edges: Optional[Doubles] = None
     """Edges of the bins; ``None`` for named or numbered items."""
-    names: Optional[List[str]] = None
-    """Names of the items, such as channels; ``None`` if they have none."""
+    names: Optional[List[Any]] = None
+    """Names of the items, such as channels, or their coordinates, such as delays; ``None`` if they
+    have neither."""
+
+    @property
+    def has_points(self) -> bool:
+        """True if the items have numbers as coordinates instead of names or bins."""
+        return bool(self.names) and not any(isinstance(name, str) for name in self.names or [])
 
     @property
     def coordinates(self) -> NDArray[Any]:
         """Centres of the bins, names of the items, or their numbers."""
         if self.edges is not None:
             return np.asarray(0.5 * (self.edges[1:] + self.edges[:-1]))
-        return np.arange(self.size) if self.names is None else np.array(self.names, dtype=np.str_)
+        if self.names is None:
+            return np.arange(self.size)
+        return np.array(self.names) if self.has_points else np.array(self.names, dtype=np.str_)
 
     def taken(self, which: Which) -> Optional["Axis"]:
         """Returns the axis of some bins; ``None`` if a single bin is taken."""
@@ -42,6 +50,8 @@ class Axis(NamedTuple):
         """Returns the position of a coordinate, or of a range of coordinates."""
         if isinstance(wanted, slice):
             return self._range(wanted)
+        if self.has_points:
+            return self._point(_number(wanted, self.name))
         if self.names is not None:
             if str(wanted) not in self.names:
                 raise KeyError(f"no {self.name} {wanted!r}: there are {', '.join(map(repr, self.names))}")
@@ -58,12 +68,21 @@ class Axis(NamedTuple):
             return self.size - 1 - _bin(self.edges[::-1], value)
         return _bin(self.edges, value)
 
+    def _point(self, value: float) -> int:
+        """Returns the position of the item with a coordinate, up to rounding."""
+        distances = np.abs(self.coordinates - value)
+        nearest = int(np.argmin(distances))
+        if distances[nearest] > 1e-9 * abs(value):
+            listed = ", ".join(f"{point:g}" for point in self.coordinates[:8]) + ", …" * (self.size > 8)
+            raise KeyError(f"no {self.name} {value:g}: there are {listed}")
+        return nearest
+
     def _range(self, wanted: slice) -> slice:
         """Returns the positions of the bins whose centres are in a range that includes its
         ends."""
         if wanted.step is not None:
             raise ValueError(f"the range of {self.name} has a step: give its first and last value, {self.name}=slice(first, last)")
-        if self.names is not None:
+        if self.names is not None and not self.has_points:
             ends = [None if end is None else self.place(end) for end in (wanted.start, wanted.stop)]
             last = None if ends[1] is None else int(ends[1]) + 1  # type: ignore[arg-type]
             return slice(ends[0], last)

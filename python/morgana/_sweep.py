@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 import math
 import os
-from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Set, Tuple, Union
+from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ._checks import mapping
 from ._errors import RenderError
+from ._estimate import Estimate, own_origin, run_with
 from ._morgana import Scene
 from ._pictures import caption, curve, thumbnail
 from ._render import render
@@ -19,7 +21,7 @@ from ._layer import Layer
 from ._result import Result
 from ._selection import Axis
 from ._source import Description, loaded
-from ._values import alike, comparable
+from ._values import Fields, alike, unknown
 from ._xarray import coordinates_of, module, shared_dimensions
 
 Doubles = NDArray[np.float64]
@@ -29,11 +31,19 @@ SHOWN = 6
 """Maximum number of runs, and of values of a parameter, that a notebook shows."""
 
 
-@comparable
-class Sweep(NamedTuple):
-    """Result of :func:`sweep`.
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Sweep(Fields, Mapping[str, Estimate]):
+    """Result of :func:`sweep`: a mapping from names of quantities to estimates.
 
-    All arrays begin with one axis per varied parameter, in their order."""
+    All arrays begin with one axis per varied parameter, in their order. ``found["fluence"]`` is an
+    :class:`Estimate` over the parameters and the axes of the quantity, which computes like a NumPy
+    array, with its errors.
+
+    Examples
+    --------
+    >>> found["fluence"].sel(amplitude=1e-4).isel(z=0)
+    >>> 1e3 * found["fluence"]
+    """
 
     parameters: Dict[str, NDArray[Any]]
     """Values of each varied parameter."""
@@ -54,6 +64,36 @@ class Sweep(NamedTuple):
     channels: Dict[str, List[str]]
     """Names of the channels of each quantity, as ``Result.channels`` and ``Layer.channels``; empty
     if runs differ in them."""
+
+    def __getitem__(self, name: str) -> Estimate:
+        if name not in self.mean:
+            raise unknown("quantity", name, self.mean)
+        axes = [*self._varied(name), *self._axes(name)]
+        few = self.few.get(name)
+        made: Estimate = Estimate(
+            self.mean[name],
+            self.error[name],
+            {axis.name: axis.edges for axis in axes},
+            self.units.get(name, ""),
+            few=few,
+            names={axis.name: axis.names for axis in axes if axis.names is not None},
+        )
+        runs: List[Any] = self.stats.ravel().tolist()
+        origin = frozenset[str]().union(*(run_with(run["seed"]) for run in runs if isinstance(run, Mapping)))
+        return made._from(origin or own_origin())  # type: ignore[no-any-return]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.mean)
+
+    def __len__(self) -> int:
+        return len(self.mean)
+
+    def _varied(self, name: str) -> List[Axis]:
+        """Returns the axes of the parameters. A parameter with the name of an axis of a quantity
+        has the prefix ``parameters.``. Values that are arrays have no coordinates."""
+        taken = self.axes[name]
+        values = {f"parameters.{key}" if key in taken else key: of for key, of in self.parameters.items()}
+        return [Axis(key, len(of), None, None if of.dtype == object else of.tolist()) for key, of in values.items()]
 
     def __repr__(self) -> str:
         varied = ", ".join(f"{len(values)} values of {name}" for name, values in self.parameters.items())

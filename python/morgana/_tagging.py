@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Mapping, NamedTuple, Optional, Union
+import dataclasses
+from typing import TYPE_CHECKING, Any, Dict, List, Mapping, Optional, Tuple, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -10,11 +11,13 @@ from numpy.typing import ArrayLike, NDArray
 from . import _checks as checks
 from . import _morgana
 from ._bins import mean_and_variance
-from ._correlation import Correlation
+from ._correlation import Correlation, over
+from ._estimate import Axes, Data, Estimate, Origin, Several, own_origin, unnamed
+from ._pictures import html_of
 from ._records import Records
 from ._reading import Reading
 from ._sums import by_channel, by_particle, error_of, positive, seconds, taken, warn_about_wavelength
-from ._values import comparable
+from ._values import Fields
 
 if TYPE_CHECKING:
     from ._layer import Layer
@@ -27,11 +30,18 @@ MAX_PHASE = 1e12
 """Largest phase, in radians: double precision resolves it to 1e-4."""
 
 
-@comparable
-class Sidebands(NamedTuple):
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Sidebands(Several, Fields):
     """Power of light by frequency shift, a multiple of the frequency of the sound.
 
-    All errors are standard errors over particles."""
+    All errors are standard errors over particles. Sidebands compute like the NumPy array ``mean``,
+    with its errors, over the axes ``order`` and ``channel``: see :class:`Estimate`.
+
+    Examples
+    --------
+    >>> found.sel(order=1, channel=0)
+    >>> found.to_xarray()["depth"]
+    """
 
     mean: Doubles
     """Power I_m, (orders + 1, channels): the unshifted power, then the power of one sideband of
@@ -48,24 +58,63 @@ class Sidebands(NamedTuple):
     depth_error: Doubles
     """Standard error of ``depth``. It is smaller than the error of I_1, because I_0 and I_1 come
     from the same particles."""
+    unit: str = ""
+    """Unit of the powers."""
+    _origin: Origin = dataclasses.field(init=False, default_factory=own_origin)
+
+    def _quantities(self) -> Dict[str, Estimate]:
+        def by_channel(mean: Doubles, error: Doubles, unit: str) -> Estimate:
+            made: Estimate = Estimate(mean, error, {"channel": None}, unit)._from(self._origin)
+            return made
+
+        return {
+            "power": over("order", range(len(self.mean)), self.mean, self.error, self._origin, self.unit),
+            "total": by_channel(self.total, self.total_error, self.unit),
+            "depth": by_channel(self.depth, self.depth_error, ""),
+        }
+
+    def _from(self, origin: Origin) -> "Sidebands":
+        object.__setattr__(self, "_origin", origin)
+        return self
 
     def __repr__(self) -> str:
         return f"<morgana.correlation.Sidebands up to order {len(self.mean) - 1}>"
 
 
-@comparable
-class ModulationDepth(NamedTuple):
-    """Modulation depth I₁/I₀ of tagged light in pixels, cells or bins."""
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class ModulationDepth(Data, Fields):
+    """Modulation depth I₁/I₀ of tagged light in pixels, cells or bins.
+
+    Modulation depths compute like NumPy arrays, with their errors: see :class:`Estimate`. Their
+    axes are the axes of the layers or of the reading.
+    """
 
     mean: Doubles
     """Modulation depth I₁/I₀; NaN where there is no light."""
     error: Doubles
     """Upper bound of the standard error of ``mean``: it assumes the worst correlation of I₀ and I₁,
     which come from the same paths."""
+    axes: Optional[Axes] = None
+    """Edges of the bins by axis; ``None`` for axes without names."""
+    names: Dict[str, List[Any]] = dataclasses.field(default_factory=dict)
+    """Names of the items of axes without edges."""
+    _origin: Origin = dataclasses.field(init=False, default_factory=own_origin)
+
+    def _estimate(self) -> Estimate:
+        axes = unnamed(np.ndim(self.mean)) if self.axes is None else self.axes
+        made: Estimate = Estimate(self.mean, self.error, axes, names=self.names)._from(self._origin)
+        return made
+
+    def _from(self, origin: Origin) -> "ModulationDepth":
+        object.__setattr__(self, "_origin", origin)
+        return self
 
     def __repr__(self) -> str:
         shape = " × ".join(map(str, self.mean.shape))
         return f"<morgana.correlation.ModulationDepth of {shape} values>"
+
+    def _repr_html_(self) -> str:
+        return html_of(self._estimate(), repr(self).strip("<>"))
 
 
 def modulation_depth(light: Union[Mapping[str, Layer], Mapping[str, Floats], Reading], prefix: str = "") -> ModulationDepth:
@@ -102,7 +151,18 @@ def modulation_depth(light: Union[Mapping[str, Layer], Mapping[str, Floats], Rea
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.where(carrier[0] > 0, sideband[0] / carrier[0], np.nan)
         error = (sideband[1] + ratio * carrier[1]) / carrier[0]
-    return ModulationDepth(ratio, error)
+    axes, names, origin = _axes_of(light, prefix)
+    return ModulationDepth(ratio, error, axes, names)._from(origin)
+
+
+def _axes_of(light: Union[Mapping[str, Layer], Mapping[str, Floats], Reading], prefix: str) -> Tuple[Axes, Dict[str, List[Any]], Origin]:
+    """Returns the axes of the light in a sideband, the names of their items, and the origin."""
+    of = light[prefix + "carrier"] if isinstance(light, Mapping) else light
+    if not isinstance(of, Data):
+        return dict.fromkeys(("row", "column", "channel")), {}, own_origin()
+    whole = of._estimate()
+    axes = {name: edges for name, edges in whole.axes.items() if name != "order"}
+    return axes, {name: names for name, names in whole.names.items() if name in axes}, whole._origin
 
 
 def _first_orders(light: Union[Mapping[str, Layer], Mapping[str, Floats], Reading], prefix: str) -> list[tuple[Doubles, Doubles]]:
@@ -169,7 +229,8 @@ def tagged(records: Records, *, wavelength: ArrayLike, orders: int = 1, where: O
     depth = np.divide(mean[1], mean[0], out=np.full_like(mean[0], np.nan), where=mean[0] > 0)
     depth_error = error_of(sums[1] - depth * sums[0], particles) / np.where(mean[0] > 0, mean[0], np.nan)
     warn_about_wavelength(wavelength, records)
-    return Sidebands(mean, error, power.sum(axis=0), error_of(power, particles), depth, depth_error)
+    found = Sidebands(mean, error, power.sum(axis=0), error_of(power, particles), depth, depth_error, records.unit)
+    return found._from(records._origin)
 
 
 def correlate_tagged(
@@ -219,7 +280,7 @@ def correlate_tagged(
         ratio[i] = np.divide(mean[i], total, out=np.full_like(total, np.nan), where=total > 0)
         ratio_error[i] = error_of(sums - ratio[i] * power, records.particles) / np.where(total > 0, total, np.nan)
     warn_about_wavelength(wavelength, records)
-    return Correlation(times, mean, error, ratio, ratio_error)
+    return Correlation(times, mean, error, ratio, ratio_error, records.unit)._from(records._origin)
 
 
 def _phases(records: Records, wavelength: ArrayLike) -> Doubles:

@@ -20,6 +20,9 @@ SPEED_OF_LIGHT = 299_792_458.0
 LENGTHS = ("x", "y", "z", "r", "opl")
 """Axes in scene units."""
 
+TIMES = ("delay", "exposure")
+"""Axes in seconds, if they have coordinates."""
+
 Variable = Tuple[List[str], Any, Dict[str, str]]
 
 
@@ -87,7 +90,7 @@ def coordinates_of(axes: Mapping[str, "Axis"], metres_per_unit: Optional[float] 
     for dimension, axis in axes.items():
         if axis.edges is None:
             if axis.names is not None:
-                found[dimension] = ([dimension], axis.coordinates, {})
+                found[dimension] = ([dimension], axis.coordinates, {"units": "s"} if axis.has_points and axis.name in TIMES else {})
             continue
         attributes = {"units": "unit"} if axis.name in LENGTHS else {}
         if axis.name == "opl":

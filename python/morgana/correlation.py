@@ -20,6 +20,7 @@ Theory: docs/theory.md#diffuse-correlation, docs/theory.md#flow, docs/theory.md#
 
 from __future__ import annotations
 
+import dataclasses
 import warnings
 from typing import Any, Callable, Dict, Iterator, List, Mapping, NamedTuple, Optional, Tuple, Union
 
@@ -27,14 +28,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _checks as checks
-from ._correlation import Correlation
+from ._correlation import Correlation, over
 from ._errors import SceneWarning
+from ._estimate import Data, Estimate, Origin, own_origin
 from ._exposure import NODES, OCTAVES, panels
 from ._numbers import numbers
+from ._pictures import html_of
 from ._records import Records
 from ._sums import aligned, by_channel, by_particle, error_of, positive, seconds, taken, variance_of, warn_about_wavelength
 from ._tagging import ModulationDepth, Sidebands, correlate_tagged, modulation_depth, tagged
-from ._values import comparable
+from ._values import Fields
 
 __all__ = [
     "Contrast",
@@ -58,9 +61,17 @@ WORK = 1 << 24
 too fast to be resolved."""
 
 
-@comparable
-class Contrast(NamedTuple):
-    """Speckle contrast by exposure and channel."""
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Contrast(Data, Fields):
+    """Speckle contrast by exposure and channel.
+
+    Contrasts compute like NumPy arrays, with their errors, over the axes ``exposure`` and
+    ``channel``: see :class:`Estimate`.
+
+    Examples
+    --------
+    >>> flow_index = 1 / found.sel(exposure=5e-3, channel=0) ** 2
+    """
 
     exposures: Doubles
     """Exposures T in seconds, (n,)."""
@@ -68,6 +79,17 @@ class Contrast(NamedTuple):
     """Contrast K(T), the standard deviation of the intensity over its mean, (n, channels)."""
     error: Doubles
     """Standard error of the contrast, (n, channels)."""
+    _origin: Origin = dataclasses.field(init=False, default_factory=own_origin)
+
+    def _estimate(self) -> Estimate:
+        return over("exposure", self.exposures, self.mean, self.error, self._origin)
+
+    def _from(self, origin: Origin) -> "Contrast":
+        object.__setattr__(self, "_origin", origin)
+        return self
+
+    def _repr_html_(self) -> str:
+        return html_of(self._estimate(), repr(self).strip("<>"))
 
     def __repr__(self) -> str:
         return f"<morgana.correlation.Contrast of {len(self.exposures)} exposures>"
@@ -254,7 +276,8 @@ def correlate(
     found = np.concatenate([_decayed(part, _Delayed.of(part, motions, light).at(times)) for part, light in parts], axis=2)
     warn_about_wavelength(wavelength, records)
     _doubt_flow(records, flow, times, found)
-    return Correlation(times, *found)
+    mean, error, normalized, normalized_error = found
+    return Correlation(times, mean, error, normalized, normalized_error, records.unit)._from(records._origin)
 
 
 def speckle_contrast(
@@ -326,7 +349,7 @@ def speckle_contrast(
         delays = np.geomspace(1e-6, 1, 21) * times.max(initial=0.0)
         decayed = [_decayed(part, _Delayed.of(part, motions, light).at(delays)) for part, light in _alike(records, wavelength, index, flow)]
         _doubt_flow(records, flow, delays, np.concatenate(decayed, axis=2))
-    return Contrast(times, mean, error)
+    return Contrast(times, mean, error)._from(records._origin)
 
 
 MAX_CHANGE = 0.1

@@ -55,6 +55,29 @@ def test_each_record_decays_by_its_momentum_transfer():
     np.testing.assert_allclose(flying.mean[:, 0], np.exp(-(k**2) / 3 * (2e-3 * DELAYS) ** 2))
 
 
+def test_correlations_and_contrasts_compute_like_arrays():
+    light = records([2.0, 1.0], [0.5, 3.0])
+    found = correlate(light)
+    later = 2 * found.sel(delay=3e-5, channel=0)
+    assert later.mean == 2 * found.mean[2, 0] and later.error == 2 * found.error[2, 0] and later.unit == "W"
+    np.testing.assert_array_equal(np.asarray(found), found.mean)
+    assert found.shape == (4, 1) and list(found.coordinates) == ["delay", "channel"]
+    with pytest.raises(KeyError, match="no delay 1e-05: there are 0, 3e-06, 3e-05, 0.0003"):
+        found.sel(delay=1e-5)
+    contrast = correlation.speckle_contrast(light, [1e-3, 5e-3], {"tissue": correlation.brownian(1e-7)}, wavelength=WAVELENGTH, index=INDEX)
+    flow = 1 / contrast.sel(exposure=5e-3, channel=0) ** 2
+    assert flow.mean == pytest.approx(contrast.mean[1, 0] ** -2) and flow.error == pytest.approx(2 * contrast.error[1, 0] / contrast.mean[1, 0] ** 3)
+    with pytest.raises(ValueError, match="correlated"):
+        found[0] + found[1]
+    assert "<svg" in found._repr_html_() and "2 exposures" in contrast._repr_html_()
+    pytest.importorskip("xarray")
+    table = found.to_xarray()
+    assert table["normalized"].dims == ("delay", "channel") and table["delay"].attrs == {"units": "s"}
+    np.testing.assert_array_equal(table["delay"], DELAYS)
+    np.testing.assert_array_equal(table["normalized_error"], found.normalized_error)
+    np.testing.assert_array_equal(contrast.to_xarray()["exposure"], [1e-3, 5e-3])
+
+
 def test_channels_have_wavelengths_and_indices_of_their_own():
     rng = np.random.default_rng(2)
     light = records(np.ones(50), rng.exponential(2.0, 50))

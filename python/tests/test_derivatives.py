@@ -43,6 +43,8 @@ def test_derivatives_have_the_shapes_of_their_parameters():
     assert list(found) == names
     assert [d.value.shape for d in found.values()] == [(2, 3, 4, 1), (2, 3, 4, 1), (1,), (1,), (1,)]
     assert all(d.error.shape == d.value.shape and (d.error >= 0).all() for d in found.values())
+    assert [list(d.coordinates) for d in found.values()] == [["z", "y", "x", "channel"], ["z", "y", "x", "channel"], *[["channel"]] * 3]
+    assert found["fog.albedo"].sel(channel="Y").mean == found["fog.albedo"].value[0]
     again = morgana.derivatives(scene, names, np.ones((4, 6, 1)), spp=4, threads=1)
     assert again == found
     other = morgana.derivatives(scene, names, np.ones((4, 6, 1)), spp=4, seed=1)
@@ -290,6 +292,9 @@ def test_media_of_labels_are_named_after_them():
         assert both.value.shape == (2, 3, 4, 2, channels)
         assert np.array_equal(rows[alone[0]].value, both.value[..., 1, :]) and np.array_equal(rows[alone[1]].error, both.error[..., 0, :])
         assert rows[alone[2]].value.shape == (2, 3, 4, channels)
+        assert list(both.coordinates) == ["z", "y", "x", "label", "channel"]
+        second = both.sel(label="head: label 2")
+        assert np.array_equal(second.mean, rows[alone[0]].value) and np.array_equal(second.coordinates["x"], rows[alone[2]].coordinates["x"])
 
 
 def test_ctrl_c_in_the_render_of_weights_ends_all(monkeypatch):

@@ -54,6 +54,25 @@ def test_meters_and_xarray():
     assert table["fluence_error"].shape == table["fluence"].shape
 
 
+def test_quantities_of_a_sweep_are_estimates():
+    found = morgana.sweep(scene(meters), {"density": [0.1, 0.2], "slope": [0.0, 0.05]}, particles=640)
+    assert list(found) == list(found.mean) and len(found) == len(found.mean) and "fluence" in found and "flux" not in found
+    fluence = found["fluence"]
+    assert list(fluence.axes) == ["density", "slope", "z", "y", "x"] and fluence.unit == found.units["fluence"]
+    chosen = 2 * fluence.sel(density=0.2, slope=0.05)
+    np.testing.assert_array_equal(chosen.mean, 2 * found.mean["fluence"][1, 1])
+    np.testing.assert_array_equal(chosen.error, 2 * found.error["fluence"][1, 1])
+    np.testing.assert_array_equal(fluence.sel(density=slice(0.15, None)).coordinates["density"], [0.2])
+    with pytest.raises(KeyError, match="no density 0.3: there are 0.1, 0.2"):
+        fluence.sel(density=0.3)
+    with pytest.raises(ValueError, match="correlated"):
+        fluence.isel(density=0) - fluence.isel(density=1)
+    with pytest.raises(KeyError, match="no quantity 'flux': there are"):
+        found["flux"]
+    words = morgana.sweep(scene(), {"width": [4], "density": [0.25]}, spp=2)["image"]
+    assert list(words.axes) == ["width", "density", "row", "column", "channel"]
+
+
 def two_meters(deep=2, gate=40.0, **film):
     """Two meters of one beam, with different cells and gates."""
 

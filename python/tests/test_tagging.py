@@ -91,6 +91,22 @@ def test_sidebands_are_the_spectrum_of_phases_in_time():
     np.testing.assert_allclose(some.mean[:, 0], weight[where] @ spectrum[where, :2], atol=1e-12)
 
 
+def test_sidebands_compute_like_arrays():
+    found = correlation.tagged(records([1.0, 2.0], [0.4, 1.0j]), wavelength=WAVELENGTH, orders=2)
+    share = found.sel(order=1, channel=0) / 3
+    assert share.mean == found.mean[1, 0] / 3 and share.error == found.error[1, 0] / 3 and share.unit == "W"
+    assert found[0].shape == (1,) and list(found.coordinates["order"]) == [0, 1, 2]
+    pytest.importorskip("xarray")
+    table = found.to_xarray()
+    assert table["power"].dims == ("order", "channel") and table["depth"].dims == ("channel",)
+    np.testing.assert_array_equal(table["depth_error"], found.depth_error)
+    edges = {"order": np.array([-0.5, 0.5, 1.5]), "z": np.array([0.0, 1.0, 2.0, 3.0])}
+    reading = morgana.Reading(np.array([[4.0, 2, 1], [1, 1, 0]]), np.full((2, 3), 0.1), edges, "W/unit^2")
+    depth = correlation.modulation_depth(reading)
+    assert list(depth.coordinates) == ["z"] and depth.sel(z=1.5).mean == 0.5
+    assert depth.to_xarray().dims == ("z",) and (1 - depth).mean[2] == 1
+
+
 def test_correlation_is_the_mean_over_instants():
     rng = np.random.default_rng(4)
     weight = rng.random(100)

@@ -16,9 +16,13 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::{Path, PathBuf};
+use transport::meter::ReadingAxis;
 
 /// Function and arguments with which Python recreates a pickled object.
 pub type Recipe<'py> = (Bound<'py, PyAny>, Py<PyAny>);
+
+/// Name of an axis of a reading, its number of bins, and their edges.
+type AxisOfReading = (String, usize, Option<Vec<f64>>);
 
 /// Maximum size of all arrays in a description, in bytes, up to which a scene keeps its description
 /// for changes. Larger arrays would double the memory of the scene.
@@ -239,24 +243,31 @@ impl Scene {
         Naming::of(&self.loaded).map_or(Vec::new(), |naming| naming.names().collect())
     }
 
-    /// Names of all readings of the meters, and their shapes.
+    /// Names of all readings of the meters, and their axes, each with its number of bins, and with
+    /// their edges if they have positions.
     #[getter]
-    fn _readings(&self) -> Vec<(String, Vec<usize>)> {
+    fn _readings(&self) -> Vec<(String, Vec<AxisOfReading>)> {
         let (instruments, channels) = (&self.loaded.instruments, self.loaded.channel_names.len());
+        let axis = |axis: &ReadingAxis| {
+            let has_positions = !["side", "part"].contains(&&*axis.name);
+            let edges = has_positions.then(|| axis.edges.clone());
+            (axis.name.to_string(), axis.len(), edges)
+        };
         let of = |instrument: &Instrument| {
             let prefix = match instruments.len() {
                 1 => String::new(),
                 _ => format!("{}.", instrument.name),
             };
-            let named = move |(name, mut shape): (&str, Vec<usize>)| {
-                shape.extend((channels > 1).then_some(channels));
-                (format!("{prefix}{name}"), shape)
+            let named = move |(name, axes): (&str, Vec<ReadingAxis>)| {
+                let mut axes: Vec<_> = axes.iter().map(axis).collect();
+                axes.extend((channels > 1).then(|| ("channel".to_owned(), channels, None)));
+                (format!("{prefix}{name}"), axes)
             };
             let mut readings = instrument.meter.readings();
             let absorbed = instrument
                 .gruneisen
                 .map(|_| readings[Instrument::ABSORBED].1.clone());
-            readings.extend(absorbed.map(|shape| ("p0", shape)));
+            readings.extend(absorbed.map(|axes| ("p0", axes)));
             readings.into_iter().map(named)
         };
         instruments.iter().flat_map(of).collect()

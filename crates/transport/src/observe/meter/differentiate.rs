@@ -327,11 +327,10 @@ impl Setup<'_> {
 }
 
 impl Meter {
-    /// Returns the names of the readings with the number of bins along each axis, without the
-    /// channel axis.
-    pub fn readings(&self) -> Vec<(&'static str, Vec<usize>)> {
+    /// Returns the names of the readings with their axes, without the channel axis.
+    pub fn readings(&self) -> Vec<(&'static str, Vec<ReadingAxis>)> {
         let quantities = self.quantities().into_iter();
-        let named = |q: Quantity| (q.name, q.axes.iter().map(ReadingAxis::len).collect());
+        let named = |quantity: Quantity| (quantity.name, quantity.axes);
         quantities.map(named).collect()
     }
 }

@@ -4,7 +4,7 @@ use super::batches::{Part, Units, derivatives_of};
 use super::{Derivatives, SEED, blank, check_weights};
 use crate::derivative::{DerivativeError, Plan, RadiometricParameter, Sums};
 use crate::film::PartsFacts;
-use crate::meter::{Functionals, Meter, MeterProblem, Setup};
+use crate::meter::{Functionals, Meter, MeterProblem, ReadingAxis, Setup};
 use crate::path::Workspace;
 use crate::render::{Handle, seed_of_group};
 use crate::scene::{NO_SCENE, Scene};
@@ -168,7 +168,7 @@ fn rows(
             let readings = meters.get(meter).map(Meter::readings);
             let reading = readings.and_then(|all| all.into_iter().nth(reading));
             reading
-                .map(|(_, axes)| axes)
+                .map(|(_, axes)| axes.iter().map(ReadingAxis::len).collect())
                 .ok_or(DerivativeError::Reading)
         }
     }
@@ -181,7 +181,7 @@ fn check_readings(
 ) -> Result<(), DerivativeError> {
     let readings = meters.iter().flat_map(Meter::readings);
     let all: Vec<usize> = readings
-        .map(|(_, axes)| channels * axes.iter().product::<usize>())
+        .map(|(_, axes)| channels * axes.iter().map(ReadingAxis::len).product::<usize>())
         .collect();
     let found = weights.iter().flatten().count();
     if found != all.len() {

@@ -7,7 +7,7 @@ use glam::DVec3;
 use morgana_transport::bsdf::Bsdf;
 use morgana_transport::derivative::RadiometricParameter;
 use morgana_transport::medium::Medium;
-use morgana_transport::meter::{Coordinates, Estimator, Meter};
+use morgana_transport::meter::{Coordinates, Estimator, Meter, ReadingAxis};
 use morgana_transport::render::{
     Derivative, Handle, MeterDerivativeOptions, ReadingFunctional, meter_derivatives,
 };
@@ -180,7 +180,7 @@ fn derivatives_conserve_power() {
         let counts = |meter: &Meter| {
             let readings = meter.readings().into_iter();
             let weights = readings.map(|(name, axes)| {
-                let bins = axes.iter().product();
+                let bins = axes.iter().map(ReadingAxis::len).product();
                 match name {
                     "absorbed" => vec![8.0 / 12.0; bins],
                     "power" => vec![1.0, 0.0],

@@ -9,7 +9,7 @@ use morgana_transport::Spectrum;
 use morgana_transport::bsdf::Bsdf;
 use morgana_transport::derivative::RadiometricParameter;
 use morgana_transport::medium::{MediumLabel, MediumLabels};
-use morgana_transport::meter::{Estimator, Meter};
+use morgana_transport::meter::{Estimator, Meter, ReadingAxis};
 use morgana_transport::render::ReadingFunctional;
 use morgana_transport::scene::Parts;
 use morgana_transport::shape::Sphere;
@@ -140,7 +140,7 @@ fn derivatives_of_media_that_emit_conserve_power() {
         let counts = |meter: &Meter| {
             let readings = meter.readings().into_iter();
             let weights = readings.map(|(name, axes)| {
-                let bins = axes.iter().product();
+                let bins = axes.iter().map(ReadingAxis::len).product();
                 match name {
                     // The grid fills the cube [−1, 1]³.
                     "absorbed" => vec![8.0 / 4.0; bins],
