@@ -7,7 +7,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use flate2::read::{GzDecoder, ZlibDecoder};
 
-use super::{Packed, Value};
+use super::{JdataValue, PackedArray};
 use crate::element::{Element, Encoding};
 use crate::error::Problem;
 use crate::tensor::{Numbers, Tensor};
@@ -43,9 +43,9 @@ pub enum Payload<'a> {
     Bytes(&'a [u8]),
 }
 
-/// Array of numbers.
+/// Array of numbers in annotations.
 #[derive(Clone, Debug)]
-pub struct Array<'a> {
+pub struct AnnotatedArray<'a> {
     /// Type of the numbers.
     pub element: Element,
     /// Length of each axis.
@@ -69,7 +69,7 @@ enum Codec {
     Gzip,
 }
 
-impl<'a> Array<'a> {
+impl<'a> AnnotatedArray<'a> {
     /// Reads annotations.
     ///
     /// # Errors
@@ -106,7 +106,7 @@ impl<'a> Array<'a> {
                 found: format!("{found} numbers"),
             });
         }
-        Ok(Array {
+        Ok(AnnotatedArray {
             element,
             shape,
             column_major: column_major(annotations.order)?,
@@ -118,17 +118,17 @@ impl<'a> Array<'a> {
     ///
     /// # Errors
     ///
-    /// As for [`Array::new`]; also values that are no array.
-    pub fn of(value: &'a Value) -> Result<Self, Problem> {
+    /// As for [`AnnotatedArray::new`]; also values that are no array.
+    pub fn of(value: &'a JdataValue) -> Result<Self, Problem> {
         match value {
-            Value::Packed(packed) => Ok(Array::packed(packed)),
-            Value::Object(_) => Array::new(annotations(value)?),
+            JdataValue::Packed(packed) => Ok(AnnotatedArray::packed(packed)),
+            JdataValue::Object(_) => AnnotatedArray::new(annotations(value)?),
             _ => nested(value),
         }
     }
 
-    fn packed(packed: &'a Packed) -> Self {
-        Array {
+    fn packed(packed: &'a PackedArray) -> Self {
+        AnnotatedArray {
             element: packed.element,
             shape: packed.shape.clone(),
             column_major: packed.column_major,
@@ -137,7 +137,7 @@ impl<'a> Array<'a> {
     }
 
     /// Returns true for an object with annotations of an array.
-    pub fn is_one(value: &Value) -> bool {
+    pub fn is_one(value: &JdataValue) -> bool {
         value.get("_ArrayType_").is_some() || value.get("_ArraySize_").is_some()
     }
 
@@ -195,7 +195,7 @@ impl<'a> Array<'a> {
     ///
     /// # Errors
     ///
-    /// As for [`Array::each`].
+    /// As for [`AnnotatedArray::each`].
     pub fn tensor(&self) -> Result<Tensor, Problem> {
         // Let memory grow with the content: the size may be wrong.
         let numbers = if self.element.is_single() {
@@ -245,24 +245,26 @@ impl Codec {
     }
 }
 
-fn annotations(value: &Value) -> Result<Annotations<'_>, Problem> {
+fn annotations(value: &JdataValue) -> Result<Annotations<'_>, Problem> {
     for key in ["_ArrayIsComplex_", "_ArrayIsSparse_"] {
         let is_set = !matches!(
             value.get(key),
-            None | Some(Value::Boolean(false) | Value::Null)
+            None | Some(JdataValue::Boolean(false) | JdataValue::Null)
         );
         if is_set {
             let message = format!("arrays with {key}: save a dense array of real numbers");
             return Err(Problem::Unsupported(message));
         }
     }
-    let text = |key| value.get(key).and_then(Value::text);
+    let text = |key| value.get(key).and_then(JdataValue::text);
     let payload = |key| {
         value.get(key).map(|value| match value {
-            Value::Text(text) => Payload::Text(text),
-            Value::Numbers(numbers) => Payload::Numbers(Cow::Borrowed(numbers)),
-            Value::Packed(packed) if packed.element.size() == 1 => Payload::Bytes(&packed.bytes),
-            Value::Packed(packed) => {
+            JdataValue::Text(text) => Payload::Text(text),
+            JdataValue::Numbers(numbers) => Payload::Numbers(Cow::Borrowed(numbers)),
+            JdataValue::Packed(packed) if packed.element.size() == 1 => {
+                Payload::Bytes(&packed.bytes)
+            }
+            JdataValue::Packed(packed) => {
                 let mut numbers = Vec::with_capacity(packed.bytes.len() / packed.element.size());
                 packed
                     .element
@@ -274,7 +276,7 @@ fn annotations(value: &Value) -> Result<Annotations<'_>, Problem> {
     };
     Ok(Annotations {
         kind: text("_ArrayType_"),
-        size: value.get("_ArraySize_").and_then(Value::numbers),
+        size: value.get("_ArraySize_").and_then(JdataValue::numbers),
         order: text("_ArrayOrder_"),
         zip: text("_ArrayZipType_"),
         data: payload("_ArrayData_"),
@@ -283,22 +285,22 @@ fn annotations(value: &Value) -> Result<Annotations<'_>, Problem> {
 }
 
 /// Reads lists of numbers in lists, all of equal lengths, as an array of doubles.
-fn nested(value: &Value) -> Result<Array<'_>, Problem> {
+fn nested(value: &JdataValue) -> Result<AnnotatedArray<'_>, Problem> {
     let none = || malformed("it is neither an annotated array nor lists of numbers");
     let mut shape = Vec::new();
     let mut first = value;
-    while let Value::List(items) = first {
+    while let JdataValue::List(items) = first {
         shape.push(items.len());
         first = items.first().ok_or_else(none)?;
     }
-    let Value::Numbers(row) = first else {
+    let JdataValue::Numbers(row) = first else {
         return Err(none());
     };
     shape.push(row.len());
     let mut numbers = Vec::new();
     gather(value, &shape, &mut numbers)
         .ok_or_else(|| malformed("its lists of numbers have different lengths"))?;
-    Ok(Array {
+    Ok(AnnotatedArray {
         element: Element::F64,
         shape,
         column_major: false,
@@ -307,13 +309,13 @@ fn nested(value: &Value) -> Result<Array<'_>, Problem> {
 }
 
 /// Collects the numbers of an array of a given shape; `None` if the shape is another.
-fn gather(value: &Value, shape: &[usize], numbers: &mut Vec<f64>) -> Option<()> {
+fn gather(value: &JdataValue, shape: &[usize], numbers: &mut Vec<f64>) -> Option<()> {
     match (value, shape) {
-        (Value::Numbers(row), [length]) if row.len() == *length => {
+        (JdataValue::Numbers(row), [length]) if row.len() == *length => {
             numbers.extend(row);
             Some(())
         }
-        (Value::List(items), [length, rest @ ..]) if items.len() == *length => items
+        (JdataValue::List(items), [length, rest @ ..]) if items.len() == *length => items
             .iter()
             .try_for_each(|v| gather(v, rest, numbers).ok_or(()))
             .ok(),

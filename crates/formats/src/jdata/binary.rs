@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use super::{MAX_DEPTH, MAX_VALUES, Packed, Value, compress, too_many, type_name};
+use super::{JdataValue, MAX_DEPTH, MAX_VALUES, PackedArray, compress, too_many, type_name};
 use crate::element::Element;
 use crate::error::Problem;
 
@@ -13,7 +13,7 @@ pub(super) fn is_one(bytes: &[u8]) -> bool {
 }
 
 /// Parses an object or a list of BJData.
-pub(super) fn parse(bytes: &[u8]) -> Result<Value, Problem> {
+pub(super) fn parse(bytes: &[u8]) -> Result<JdataValue, Problem> {
     let mut reader = Reader {
         bytes,
         values: MAX_VALUES,
@@ -66,28 +66,28 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn value(&mut self) -> Result<Value, Problem> {
+    fn value(&mut self) -> Result<JdataValue, Problem> {
         let marker = self.marker()?;
         self.of(marker)
     }
 
     /// Reads the value after a marker.
-    fn of(&mut self, marker: u8) -> Result<Value, Problem> {
+    fn of(&mut self, marker: u8) -> Result<JdataValue, Problem> {
         self.values = self.values.checked_sub(1).ok_or_else(too_many)?;
         if let Some(element) = element(marker) {
-            return Ok(Value::Number(self.number(element)?));
+            return Ok(JdataValue::Number(self.number(element)?));
         }
         match marker {
-            b'Z' => Ok(Value::Null),
-            b'T' => Ok(Value::Boolean(true)),
-            b'F' => Ok(Value::Boolean(false)),
-            b'C' => Ok(Value::Text(char::from(self.take(1)?[0]).to_string())),
-            b'S' => Ok(Value::Text(self.text()?)),
+            b'Z' => Ok(JdataValue::Null),
+            b'T' => Ok(JdataValue::Boolean(true)),
+            b'F' => Ok(JdataValue::Boolean(false)),
+            b'C' => Ok(JdataValue::Text(char::from(self.take(1)?[0]).to_string())),
+            b'S' => Ok(JdataValue::Text(self.text()?)),
             b'H' => {
                 let text = self.text()?;
                 let number = text.parse();
                 number
-                    .map(Value::Number)
+                    .map(JdataValue::Number)
                     .map_err(|_| bad(&format!("'{text}' is not a number")))
             }
             b'[' | b'{' if self.depth == MAX_DEPTH => {
@@ -180,7 +180,7 @@ impl<'a> Reader<'a> {
             .ok_or_else(|| bad("the lengths of an array's axes are not integers"))
     }
 
-    fn list(&mut self) -> Result<Value, Problem> {
+    fn list(&mut self) -> Result<JdataValue, Problem> {
         let content = self.content()?;
         let count = match &content.shape {
             Some(shape) => shape.iter().try_fold(1usize, |n, m| n.checked_mul(*m)),
@@ -190,7 +190,7 @@ impl<'a> Reader<'a> {
         if let Some(element) = content.marker.and_then(element) {
             let bytes = count.checked_mul(element.size());
             let bytes = self.take(bytes.unwrap_or(usize::MAX))?.to_vec();
-            return Ok(Value::Packed(Packed {
+            return Ok(JdataValue::Packed(PackedArray {
                 element,
                 shape: content.shape.unwrap_or_default(),
                 column_major: false,
@@ -207,7 +207,7 @@ impl<'a> Reader<'a> {
         Ok(of_items(items))
     }
 
-    fn open_list(&mut self) -> Result<Value, Problem> {
+    fn open_list(&mut self) -> Result<JdataValue, Problem> {
         let mut items = Vec::new();
         loop {
             match self.marker()? {
@@ -217,7 +217,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn object(&mut self) -> Result<Value, Problem> {
+    fn object(&mut self) -> Result<JdataValue, Problem> {
         let content = self.content()?;
         let count = content.shape.map(|shape| shape.iter().product::<usize>());
         let mut entries = Vec::new();
@@ -234,19 +234,19 @@ impl<'a> Reader<'a> {
             };
             entries.push((key, value));
         }
-        Ok(Value::Object(entries))
+        Ok(JdataValue::Object(entries))
     }
 }
 
 /// Makes a list, compactly if all its values are numbers.
-fn of_items(items: Vec<Value>) -> Value {
+fn of_items(items: Vec<JdataValue>) -> JdataValue {
     match items
         .iter()
-        .map(Value::number)
+        .map(JdataValue::number)
         .collect::<Option<Vec<f64>>>()
     {
-        Some(numbers) if !numbers.is_empty() => Value::Numbers(numbers),
-        _ => Value::List(items),
+        Some(numbers) if !numbers.is_empty() => JdataValue::Numbers(numbers),
+        _ => JdataValue::List(items),
     }
 }
 
@@ -269,26 +269,26 @@ fn element(marker: u8) -> Option<Element> {
 }
 
 /// Writes BJData.
-pub(super) fn write(value: &Value, out: &mut impl Write) -> io::Result<()> {
+pub(super) fn write(value: &JdataValue, out: &mut impl Write) -> io::Result<()> {
     match value {
-        Value::Null => out.write_all(b"Z"),
-        Value::Boolean(v) => out.write_all(if *v { b"T" } else { b"F" }),
-        Value::Number(v) => number(*v, out),
-        Value::Text(text) => {
+        JdataValue::Null => out.write_all(b"Z"),
+        JdataValue::Boolean(v) => out.write_all(if *v { b"T" } else { b"F" }),
+        JdataValue::Number(v) => number(*v, out),
+        JdataValue::Text(text) => {
             out.write_all(b"S")?;
             string(text, out)
         }
-        Value::Numbers(numbers) => {
+        JdataValue::Numbers(numbers) => {
             out.write_all(b"[")?;
             numbers.iter().try_for_each(|v| number(*v, out))?;
             out.write_all(b"]")
         }
-        Value::List(items) => {
+        JdataValue::List(items) => {
             out.write_all(b"[")?;
             items.iter().try_for_each(|item| write(item, out))?;
             out.write_all(b"]")
         }
-        Value::Object(entries) => {
+        JdataValue::Object(entries) => {
             out.write_all(b"{")?;
             for (key, value) in entries {
                 string(key, out)?;
@@ -296,7 +296,7 @@ pub(super) fn write(value: &Value, out: &mut impl Write) -> io::Result<()> {
             }
             out.write_all(b"}")
         }
-        Value::Packed(packed) => array(packed, out),
+        JdataValue::Packed(packed) => array(packed, out),
     }
 }
 
@@ -332,19 +332,22 @@ fn length(n: usize, out: &mut impl Write) -> io::Result<()> {
     }
 }
 
-fn array(packed: &Packed, out: &mut impl Write) -> io::Result<()> {
+fn array(packed: &PackedArray, out: &mut impl Write) -> io::Result<()> {
     let count: usize = packed.shape.iter().product();
     let lengths = packed.shape.iter().map(|n| *n as f64).collect();
-    let text = |text: &str| Value::Text(text.to_owned());
+    let text = |text: &str| JdataValue::Text(text.to_owned());
     let mut entries = vec![
         ("_ArrayType_".to_owned(), text(type_name(packed.element))),
-        ("_ArraySize_".to_owned(), Value::Numbers(lengths)),
+        ("_ArraySize_".to_owned(), JdataValue::Numbers(lengths)),
     ];
     if packed.column_major {
         entries.push(("_ArrayOrder_".to_owned(), text("c")));
     }
     entries.push(("_ArrayZipType_".to_owned(), text("zlib")));
-    entries.push(("_ArrayZipSize_".to_owned(), Value::Number(count as f64)));
+    entries.push((
+        "_ArrayZipSize_".to_owned(),
+        JdataValue::Number(count as f64),
+    ));
     out.write_all(b"{")?;
     for (key, value) in &entries {
         string(key, out)?;

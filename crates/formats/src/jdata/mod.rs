@@ -14,7 +14,7 @@ use crate::atomic;
 use crate::element::{Element, Encoding};
 use crate::error::{FileError, Problem};
 
-pub use array::{Annotations, Array, Payload};
+pub use array::{AnnotatedArray, Annotations, Payload};
 
 /// Largest number of values outside of lists of numbers. These values take up to 100 bytes of
 /// memory each.
@@ -24,7 +24,7 @@ const MAX_DEPTH: usize = 64;
 
 /// Tree of values.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Value {
+pub enum JdataValue {
     /// Absent value.
     Null,
     /// Truth value.
@@ -36,16 +36,16 @@ pub enum Value {
     /// List of numbers.
     Numbers(Vec<f64>),
     /// List of any values.
-    List(Vec<Value>),
+    List(Vec<JdataValue>),
     /// Values by name.
-    Object(Vec<(String, Value)>),
+    Object(Vec<(String, JdataValue)>),
     /// Typed array. In text it is an annotated array.
-    Packed(Packed),
+    Packed(PackedArray),
 }
 
 /// Typed array in memory.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Packed {
+pub struct PackedArray {
     /// Type of the numbers.
     pub element: Element,
     /// Length of each axis.
@@ -56,34 +56,34 @@ pub struct Packed {
     pub bytes: Vec<u8>,
 }
 
-/// Form of a file.
+/// JdataForm of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Form {
+pub enum JdataForm {
     /// JSON; arrays are compressed by zlib and encoded in base64.
     Text,
     /// BJData; arrays are compressed by zlib.
     Binary,
 }
 
-impl Form {
+impl JdataForm {
     /// Returns the form of a file's extension: binary for `.bnii`, `.jdb` and `.bjd`, else text.
-    pub fn of(path: &Path) -> Form {
+    pub fn of(path: &Path) -> JdataForm {
         let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
         match extension.to_ascii_lowercase().as_str() {
-            "bnii" | "jdb" | "bjd" => Form::Binary,
-            _ => Form::Text,
+            "bnii" | "jdb" | "bjd" => JdataForm::Binary,
+            _ => JdataForm::Text,
         }
     }
 }
 
-impl Value {
+impl JdataValue {
     /// Parses a file of either form.
     ///
     /// # Errors
     ///
     /// Bytes of neither form, more than a million values outside of lists of numbers, and more than
     /// 64 levels.
-    pub fn parse(bytes: &[u8]) -> Result<Value, Problem> {
+    pub fn parse(bytes: &[u8]) -> Result<JdataValue, Problem> {
         if binary::is_one(bytes) {
             binary::parse(bytes)
         } else {
@@ -92,8 +92,8 @@ impl Value {
     }
 
     /// Returns the value of a name in an object.
-    pub fn get(&self, key: &str) -> Option<&Value> {
-        let Value::Object(entries) = self else {
+    pub fn get(&self, key: &str) -> Option<&JdataValue> {
+        let JdataValue::Object(entries) = self else {
             return None;
         };
         entries.iter().find(|(name, _)| name == key).map(|e| &e.1)
@@ -102,7 +102,7 @@ impl Value {
     /// Returns the number.
     pub fn number(&self) -> Option<f64> {
         match self {
-            Value::Number(v) => Some(*v),
+            JdataValue::Number(v) => Some(*v),
             _ => None,
         }
     }
@@ -110,7 +110,7 @@ impl Value {
     /// Returns the text.
     pub fn text(&self) -> Option<&str> {
         match self {
-            Value::Text(text) => Some(text),
+            JdataValue::Text(text) => Some(text),
             _ => None,
         }
     }
@@ -118,10 +118,10 @@ impl Value {
     /// Returns the numbers of a list, or of a typed array of one axis.
     pub fn numbers(&self) -> Option<Vec<f64>> {
         match self {
-            Value::Number(v) => Some(vec![*v]),
-            Value::Numbers(numbers) => Some(numbers.clone()),
-            Value::List(items) if items.is_empty() => Some(Vec::new()),
-            Value::Packed(packed) if packed.shape.len() == 1 => {
+            JdataValue::Number(v) => Some(vec![*v]),
+            JdataValue::Numbers(numbers) => Some(numbers.clone()),
+            JdataValue::List(items) if items.is_empty() => Some(Vec::new()),
+            JdataValue::Packed(packed) if packed.shape.len() == 1 => {
                 let mut numbers = Vec::with_capacity(packed.shape[0]);
                 packed
                     .element
@@ -134,17 +134,19 @@ impl Value {
 
     /// Returns the annotated and typed arrays of a tree of objects. Names are paths with `/`; an
     /// array at the root has the name `data`.
-    pub fn arrays(&self) -> Vec<(String, &Value)> {
+    pub fn arrays(&self) -> Vec<(String, &JdataValue)> {
         let mut found = Vec::new();
         self.gather("", &mut found);
         found
     }
 
-    fn gather<'a>(&'a self, path: &str, found: &mut Vec<(String, &'a Value)>) {
-        if Array::is_one(self) || matches!(self, Value::Packed(p) if p.shape.len() > 1) {
+    fn gather<'a>(&'a self, path: &str, found: &mut Vec<(String, &'a JdataValue)>) {
+        if AnnotatedArray::is_one(self)
+            || matches!(self, JdataValue::Packed(p) if p.shape.len() > 1)
+        {
             let name = if path.is_empty() { "data" } else { path };
             found.push((name.to_owned(), self));
-        } else if let Value::Object(entries) = self {
+        } else if let JdataValue::Object(entries) = self {
             for (key, value) in entries {
                 match path {
                     "" => value.gather(key, found),
@@ -159,18 +161,18 @@ impl Value {
     /// # Errors
     ///
     /// All errors of [`atomic::write()`].
-    pub fn write(&self, path: &Path, form: Form) -> Result<(), FileError> {
+    pub fn write(&self, path: &Path, form: JdataForm) -> Result<(), FileError> {
         atomic::write(path, |file| match form {
-            Form::Text => {
+            JdataForm::Text => {
                 text::write(self, file)?;
                 writeln!(file)
             }
-            Form::Binary => binary::write(self, file),
+            JdataForm::Binary => binary::write(self, file),
         })
     }
 }
 
-impl Packed {
+impl PackedArray {
     /// Makes an array; numbers are rounded to the type.
     ///
     /// # Errors
@@ -188,7 +190,7 @@ impl Packed {
         written.map_err(Problem::Write)?;
         let count = shape.iter().try_fold(1usize, |n, m| n.checked_mul(*m));
         if count.and_then(|n| n.checked_mul(element.size())) == Some(bytes.len()) {
-            Ok(Packed {
+            Ok(PackedArray {
                 element,
                 shape,
                 column_major,
@@ -232,19 +234,24 @@ fn too_many() -> Problem {
 mod tests {
     use super::*;
 
-    fn sample() -> Value {
+    fn sample() -> JdataValue {
         let array = |column_major| {
             let values = (0..6).map(f64::from);
-            Value::Packed(Packed::new(Element::I16, vec![2, 3], column_major, values).unwrap())
+            JdataValue::Packed(
+                PackedArray::new(Element::I16, vec![2, 3], column_major, values).unwrap(),
+            )
         };
-        Value::Object(vec![
-            ("a \"name\"".into(), Value::Text("µ\n".into())),
-            ("none".into(), Value::Null),
+        JdataValue::Object(vec![
+            ("a \"name\"".into(), JdataValue::Text("µ\n".into())),
+            ("none".into(), JdataValue::Null),
             (
                 "list".into(),
-                Value::List(vec![Value::Boolean(true), Value::Number(-2.5)]),
+                JdataValue::List(vec![JdataValue::Boolean(true), JdataValue::Number(-2.5)]),
             ),
-            ("numbers".into(), Value::Numbers(vec![1.0, 70000.0, 0.1])),
+            (
+                "numbers".into(),
+                JdataValue::Numbers(vec![1.0, 70000.0, 0.1]),
+            ),
             ("rows".into(), array(false)),
             ("columns".into(), array(true)),
         ])
@@ -257,12 +264,12 @@ mod tests {
         text::write(&value, &mut forms[0]).unwrap();
         binary::write(&value, &mut forms[1]).unwrap();
         for bytes in forms {
-            let read = Value::parse(&bytes).unwrap();
+            let read = JdataValue::parse(&bytes).unwrap();
             for key in ["a \"name\"", "none", "list", "numbers"] {
                 assert_eq!(read.get(key), value.get(key), "{key}");
             }
             for (key, column_major) in [("rows", false), ("columns", true)] {
-                let array = Array::of(read.get(key).unwrap()).unwrap();
+                let array = AnnotatedArray::of(read.get(key).unwrap()).unwrap();
                 assert_eq!(
                     (array.element, &array.shape[..]),
                     (Element::I16, &[2, 3][..])
@@ -277,7 +284,7 @@ mod tests {
 
     #[test]
     fn hostile_sizes_and_depths() {
-        let refused = |bytes: &[u8]| Value::parse(bytes).unwrap_err().to_string();
+        let refused = |bytes: &[u8]| JdataValue::parse(bytes).unwrap_err().to_string();
         assert!(refused(&[b'['; 100]).contains("levels"));
         assert!(refused("[".repeat(100).as_bytes()).contains("levels"));
         let many = format!("[{}0]", "[],".repeat(MAX_VALUES));

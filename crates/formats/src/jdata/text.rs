@@ -7,11 +7,11 @@ use base64::engine::general_purpose::STANDARD;
 use base64::write::EncoderWriter;
 use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 
-use super::{MAX_DEPTH, MAX_VALUES, Packed, Value, compress, type_name};
+use super::{JdataValue, MAX_DEPTH, MAX_VALUES, PackedArray, compress, type_name};
 use crate::error::Problem;
 
 /// Parses JSON.
-pub(super) fn parse(bytes: &[u8]) -> Result<Value, Problem> {
+pub(super) fn parse(bytes: &[u8]) -> Result<JdataValue, Problem> {
     let mut left = MAX_VALUES;
     let mut json = serde_json::Deserializer::from_slice(bytes);
     let tree = Tree {
@@ -56,55 +56,55 @@ impl Tree<'_> {
 }
 
 impl<'de> DeserializeSeed<'de> for Tree<'_> {
-    type Value = Value;
+    type Value = JdataValue;
 
-    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Value, D::Error> {
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<JdataValue, D::Error> {
         deserializer.deserialize_any(self)
     }
 }
 
 impl<'de> Visitor<'de> for Tree<'_> {
-    type Value = Value;
+    type Value = JdataValue;
 
     fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
         f.write_str("a value of JSON")
     }
 
-    fn visit_unit<E>(self) -> Result<Value, E> {
-        Ok(Value::Null)
+    fn visit_unit<E>(self) -> Result<JdataValue, E> {
+        Ok(JdataValue::Null)
     }
 
-    fn visit_bool<E>(self, v: bool) -> Result<Value, E> {
-        Ok(Value::Boolean(v))
+    fn visit_bool<E>(self, v: bool) -> Result<JdataValue, E> {
+        Ok(JdataValue::Boolean(v))
     }
 
-    fn visit_i64<E>(self, v: i64) -> Result<Value, E> {
-        Ok(Value::Number(v as f64))
+    fn visit_i64<E>(self, v: i64) -> Result<JdataValue, E> {
+        Ok(JdataValue::Number(v as f64))
     }
 
-    fn visit_u64<E>(self, v: u64) -> Result<Value, E> {
-        Ok(Value::Number(v as f64))
+    fn visit_u64<E>(self, v: u64) -> Result<JdataValue, E> {
+        Ok(JdataValue::Number(v as f64))
     }
 
-    fn visit_f64<E>(self, v: f64) -> Result<Value, E> {
-        Ok(Value::Number(v))
+    fn visit_f64<E>(self, v: f64) -> Result<JdataValue, E> {
+        Ok(JdataValue::Number(v))
     }
 
-    fn visit_str<E>(self, v: &str) -> Result<Value, E> {
-        Ok(Value::Text(v.to_owned()))
+    fn visit_str<E>(self, v: &str) -> Result<JdataValue, E> {
+        Ok(JdataValue::Text(v.to_owned()))
     }
 
-    fn visit_seq<A: SeqAccess<'de>>(mut self, mut items: A) -> Result<Value, A::Error> {
+    fn visit_seq<A: SeqAccess<'de>>(mut self, mut items: A) -> Result<JdataValue, A::Error> {
         let mut numbers = Vec::new();
-        let mut others: Vec<Value> = Vec::new();
+        let mut others: Vec<JdataValue> = Vec::new();
         while let Some(item) = items.next_element_seed(self.below()?)? {
             match item {
-                Value::Number(v) if others.is_empty() => numbers.push(v),
+                JdataValue::Number(v) if others.is_empty() => numbers.push(v),
                 item => {
                     if others.is_empty() {
                         for v in numbers.drain(..) {
                             self.count()?;
-                            others.push(Value::Number(v));
+                            others.push(JdataValue::Number(v));
                         }
                     }
                     self.count()?;
@@ -113,31 +113,31 @@ impl<'de> Visitor<'de> for Tree<'_> {
             }
         }
         Ok(match (numbers.is_empty(), others.is_empty()) {
-            (false, _) => Value::Numbers(numbers),
-            _ => Value::List(others),
+            (false, _) => JdataValue::Numbers(numbers),
+            _ => JdataValue::List(others),
         })
     }
 
-    fn visit_map<A: MapAccess<'de>>(mut self, mut map: A) -> Result<Value, A::Error> {
+    fn visit_map<A: MapAccess<'de>>(mut self, mut map: A) -> Result<JdataValue, A::Error> {
         let mut entries = Vec::new();
         while let Some(key) = map.next_key()? {
             self.count()?;
             entries.push((key, map.next_value_seed(self.below()?)?));
         }
-        Ok(Value::Object(entries))
+        Ok(JdataValue::Object(entries))
     }
 }
 
 /// Writes JSON. Numbers that are not finite become the texts of JData, such as `_NaN_`.
-pub(super) fn write(value: &Value, out: &mut impl Write) -> io::Result<()> {
+pub(super) fn write(value: &JdataValue, out: &mut impl Write) -> io::Result<()> {
     match value {
-        Value::Null => out.write_all(b"null"),
-        Value::Boolean(v) => write!(out, "{v}"),
-        Value::Number(v) => number(*v, out),
-        Value::Text(text) => string(text, out),
-        Value::Numbers(numbers) => list(numbers, out, |v, out| number(*v, out)),
-        Value::List(items) => list(items, out, write),
-        Value::Object(entries) => {
+        JdataValue::Null => out.write_all(b"null"),
+        JdataValue::Boolean(v) => write!(out, "{v}"),
+        JdataValue::Number(v) => number(*v, out),
+        JdataValue::Text(text) => string(text, out),
+        JdataValue::Numbers(numbers) => list(numbers, out, |v, out| number(*v, out)),
+        JdataValue::List(items) => list(items, out, write),
+        JdataValue::Object(entries) => {
             out.write_all(b"{")?;
             for (i, (key, value)) in entries.iter().enumerate() {
                 out.write_all(if i == 0 { b"\n" } else { b",\n" })?;
@@ -147,7 +147,7 @@ pub(super) fn write(value: &Value, out: &mut impl Write) -> io::Result<()> {
             }
             out.write_all(b"\n}")
         }
-        Value::Packed(packed) => array(packed, out),
+        JdataValue::Packed(packed) => array(packed, out),
     }
 }
 
@@ -180,7 +180,7 @@ fn number(v: f64, out: &mut impl Write) -> io::Result<()> {
     }
 }
 
-fn array(packed: &Packed, out: &mut impl Write) -> io::Result<()> {
+fn array(packed: &PackedArray, out: &mut impl Write) -> io::Result<()> {
     let count: usize = packed.shape.iter().product();
     let shape: Vec<String> = packed.shape.iter().map(usize::to_string).collect();
     write!(

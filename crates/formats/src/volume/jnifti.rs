@@ -13,7 +13,7 @@ use super::{AxisOrder, Format, GridData, INFLATION, Options, Sample, Volume, Vol
 use crate::binary;
 use crate::error::{FileError, Problem};
 use crate::input;
-use crate::jdata::{Array, Form, Packed, Value};
+use crate::jdata::{AnnotatedArray, JdataForm, JdataValue, PackedArray};
 
 /// Reads a volume. An array of JNIfTI has x as the first index. Its position comes from `Affine` if
 /// `SForm` is set, else from the quaternion if `QForm` is set, else from the sizes of voxels,
@@ -27,7 +27,7 @@ use crate::jdata::{Array, Form, Packed, Value};
 pub fn read<T: Sample>(path: &Path, options: Options) -> Result<Volume<T>, FileError> {
     let bytes = input::read(path)?;
     let size = bytes.len() as u64;
-    let parsed = Value::parse(&bytes);
+    let parsed = JdataValue::parse(&bytes);
     drop(bytes);
     parsed
         .and_then(|root| volume(&root, size, options))
@@ -40,7 +40,7 @@ pub fn read<T: Sample>(path: &Path, options: Options) -> Result<Volume<T>, FileE
 ///
 /// As for [`read`].
 pub fn parse<T: Sample>(bytes: &[u8], options: Options) -> Result<Volume<T>, Problem> {
-    volume(&Value::parse(bytes)?, bytes.len() as u64, options)
+    volume(&JdataValue::parse(bytes)?, bytes.len() as u64, options)
 }
 
 /// Returns the names of the arrays in a file.
@@ -49,24 +49,24 @@ pub fn parse<T: Sample>(bytes: &[u8], options: Options) -> Result<Volume<T>, Pro
 ///
 /// A file that cannot be read or is not JData.
 pub fn names(path: &Path) -> Result<Vec<String>, FileError> {
-    let root = Value::parse(&input::read(path)?).map_err(|problem| problem.at(path))?;
+    let root = JdataValue::parse(&input::read(path)?).map_err(|problem| problem.at(path))?;
     Ok(root.arrays().into_iter().map(|(name, _)| name).collect())
 }
 
-fn volume<T: Sample>(root: &Value, size: u64, options: Options) -> Result<Volume<T>, Problem> {
+fn volume<T: Sample>(root: &JdataValue, size: u64, options: Options) -> Result<Volume<T>, Problem> {
     let Some(data) = root.get("NIFTIData") else {
         let value = chosen(root, options.dataset)?;
-        return samples(&Array::of(value)?, options.axes()?, size, options);
+        return samples(&AnnotatedArray::of(value)?, options.axes()?, size, options);
     };
     let data = match data.get("Data") {
-        Some(inner) if !Array::is_one(data) => inner,
+        Some(inner) if !AnnotatedArray::is_one(data) => inner,
         _ => data,
     };
-    let mut array = Array::of(data)?;
+    let mut array = AnnotatedArray::of(data)?;
     array.shape = spatial(&array.shape)?;
     let order: AxisOrder = "xyzc".parse().map_err(Problem::Malformed)?;
     let volume = samples::<T>(&array, order, size, options)?;
-    let nothing = Value::Object(Vec::new());
+    let nothing = JdataValue::Object(Vec::new());
     let header = Header(root.get("NIFTIHeader").unwrap_or(&nothing));
     let volume = volume.with_frame(header.frame()?).with_unit(header.unit());
     match header.scaling() {
@@ -77,7 +77,7 @@ fn volume<T: Sample>(root: &Value, size: u64, options: Options) -> Result<Volume
 
 /// Reads the numbers of an array whose axes have an order.
 fn samples<T: Sample>(
-    array: &Array,
+    array: &AnnotatedArray,
     order: AxisOrder,
     size: u64,
     options: Options,
@@ -119,7 +119,7 @@ fn spatial(shape: &[usize]) -> Result<Vec<usize>, Problem> {
     Ok(vec![axis(0), axis(1), axis(2), channels])
 }
 
-fn chosen<'a>(root: &'a Value, name: Option<&str>) -> Result<&'a Value, Problem> {
+fn chosen<'a>(root: &'a JdataValue, name: Option<&str>) -> Result<&'a JdataValue, Problem> {
     let mut arrays = root.arrays();
     let names: Vec<&str> = arrays.iter().map(|(name, _)| name.as_str()).collect();
     let index = choose(&names, name)?;
@@ -127,17 +127,17 @@ fn chosen<'a>(root: &'a Value, name: Option<&str>) -> Result<&'a Value, Problem>
 }
 
 /// Header of JNIfTI.
-struct Header<'a>(&'a Value);
+struct Header<'a>(&'a JdataValue);
 
 impl Header<'_> {
     fn number(&self, key: &str) -> Option<f64> {
-        self.0.get(key).and_then(Value::number)
+        self.0.get(key).and_then(JdataValue::number)
     }
 
     /// Returns true if a code is set: a number above 0, or a name.
     fn is_set(&self, key: &str) -> bool {
         match self.0.get(key) {
-            Some(Value::Text(name)) => !name.is_empty(),
+            Some(JdataValue::Text(name)) => !name.is_empty(),
             _ => self.number(key).is_some_and(|code| code > 0.0),
         }
     }
@@ -156,7 +156,7 @@ impl Header<'_> {
     }
 
     fn spacing(&self) -> DVec3 {
-        let sizes = self.0.get("VoxelSize").and_then(Value::numbers);
+        let sizes = self.0.get("VoxelSize").and_then(JdataValue::numbers);
         let sizes = sizes.unwrap_or_default();
         DVec3::from_array(
             [0, 1, 2].map(|i| match sizes.get(i).copied().unwrap_or(1.0).abs() {
@@ -169,7 +169,11 @@ impl Header<'_> {
     /// Returns three numbers of an object.
     fn triple(&self, key: &str, names: [&str; 3]) -> DVec3 {
         let object = self.0.get(key);
-        let number = |name| object.and_then(|o| o.get(name)).and_then(Value::number);
+        let number = |name| {
+            object
+                .and_then(|o| o.get(name))
+                .and_then(JdataValue::number)
+        };
         DVec3::from_array(names.map(|name| number(name).unwrap_or(0.0)))
     }
 
@@ -177,16 +181,19 @@ impl Header<'_> {
     fn affine(&self) -> Result<[DVec3; 4], Problem> {
         let malformed = || Problem::Malformed("its Affine is not a matrix of 3 x 4 numbers".into());
         let value = self.0.get("Affine").ok_or_else(malformed)?;
-        let array = Array::of(value)?;
+        let array = AnnotatedArray::of(value)?;
         if !matches!(array.shape[..], [3 | 4, 4]) {
             return Err(malformed());
         }
         let mut numbers = Vec::with_capacity(array.count());
         array.each(|v| numbers.push(v))?;
         let rows = array.shape[0];
-        let at = |i: usize, k: usize| match array.column_major {
-            true => numbers[i + rows * k],
-            false => numbers[4 * i + k],
+        let at = |i: usize, k: usize| {
+            if array.column_major {
+                numbers[i + rows * k]
+            } else {
+                numbers[4 * i + k]
+            }
         };
         Ok([0, 1, 2, 3].map(|k| DVec3::new(at(0, k), at(1, k), at(2, k))))
     }
@@ -228,9 +235,9 @@ impl Header<'_> {
 
 /// Header and values of a written file.
 #[derive(Clone, Debug)]
-pub struct Image<'a> {
+pub struct JniftiImage<'a> {
     /// Values; the first three axes of the array are x, y and z.
-    pub values: Packed,
+    pub values: PackedArray,
     /// Position of the samples.
     pub frame: VolumeFrame,
     /// Step along each axis after the third, for example the width of a time gate in seconds.
@@ -243,12 +250,12 @@ pub struct Image<'a> {
     pub description: &'a str,
 }
 
-impl Image<'_> {
+impl JniftiImage<'_> {
     /// Returns the tree of the file.
-    pub fn into_value(self) -> Value {
-        let list = |numbers: Vec<f64>| Value::Numbers(numbers);
-        let text = |text: &str| Value::Text(text.to_owned());
-        let number = |v: usize| Value::Number(v as f64);
+    pub fn into_value(self) -> JdataValue {
+        let list = |numbers: Vec<f64>| JdataValue::Numbers(numbers);
+        let text = |text: &str| JdataValue::Text(text.to_owned());
+        let number = |v: usize| JdataValue::Number(v as f64);
         let steps = self.frame.steps;
         let rows = [0, 1, 2].map(|i| {
             let row = steps.row(i);
@@ -277,7 +284,7 @@ impl Image<'_> {
             ("Description", text(self.description)),
             ("QForm", number(0)),
             ("SForm", number(1)),
-            ("Affine", Value::List(rows.to_vec())),
+            ("Affine", JdataValue::List(rows.to_vec())),
             ("Name", text(self.name)),
             ("NIIFormat", text("jnifti")),
         ];
@@ -291,14 +298,14 @@ impl Image<'_> {
         object([
             ("_DataInfo_", object(info)),
             ("NIFTIHeader", object(header)),
-            ("NIFTIData", Value::Packed(self.values)),
+            ("NIFTIData", JdataValue::Packed(self.values)),
         ])
     }
 }
 
-fn object<'a>(entries: impl IntoIterator<Item = (&'a str, Value)>) -> Value {
+fn object<'a>(entries: impl IntoIterator<Item = (&'a str, JdataValue)>) -> JdataValue {
     let entries = entries.into_iter();
-    Value::Object(
+    JdataValue::Object(
         entries
             .map(|(key, value)| (key.to_owned(), value))
             .collect(),
@@ -313,18 +320,18 @@ fn object<'a>(entries: impl IntoIterator<Item = (&'a str, Value)>) -> Value {
 /// The errors of [`nifti::write`].
 pub fn write<T: Sample>(path: &Path, grid: &GridData<T>) -> Result<(), FileError> {
     let value = value(path, grid).map_err(|problem| problem.at(path))?;
-    value.write(path, Form::of(path))
+    value.write(path, JdataForm::of(path))
 }
 
-fn value<T: Sample>(path: &Path, grid: &GridData<T>) -> Result<Value, Problem> {
+fn value<T: Sample>(path: &Path, grid: &GridData<T>) -> Result<JdataValue, Problem> {
     let array = grid.arrays.first();
     let array = array.ok_or_else(|| Problem::Empty("a file without an array".into()))?;
     let element = Format::Jnifti.element(grid.element);
     if Format::of(path) != Some(Format::Jnifti) {
         let mut shape = grid.size.to_vec();
         shape.extend(array.axes.iter().map(|axis| axis.len));
-        let values = Packed::new(element, shape, true, array.by_axis(grid.size))?;
-        return Ok(object([(array.name, Value::Packed(values))]));
+        let values = PackedArray::new(element, shape, true, array.by_axis(grid.size))?;
+        return Ok(object([(array.name, JdataValue::Packed(values))]));
     }
     let placed = nifti::Placed::new(grid, array)?;
     let shape = placed.shape.clone();
@@ -332,8 +339,8 @@ fn value<T: Sample>(path: &Path, grid: &GridData<T>) -> Result<Value, Problem> {
     if let (Some(step), Some((_, width))) = (steps.first_mut(), placed.gates()) {
         *step = width;
     }
-    let image = Image {
-        values: Packed::new(element, shape, true, placed.array.by_axis(grid.size))?,
+    let image = JniftiImage {
+        values: PackedArray::new(element, shape, true, placed.array.by_axis(grid.size))?,
         frame: placed.frame,
         steps: &steps,
         unit: placed.unit(),

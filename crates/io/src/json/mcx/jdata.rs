@@ -3,7 +3,7 @@
 use super::super::tree::{Json, Node};
 use super::{Reader, field, numbers};
 use crate::element::Element;
-use crate::jdata::{Annotations, Array as Stored, Payload};
+use crate::jdata::{AnnotatedArray, Annotations, Payload};
 use crate::scene::Tensor;
 use std::borrow::Cow;
 
@@ -49,7 +49,7 @@ fn decoded(node: &Node) -> Result<Array, String> {
             _ => numbers(value).map(|numbers| Payload::Numbers(Cow::Owned(numbers))),
         })
     };
-    let stored = Stored::new(Annotations {
+    let stored = AnnotatedArray::new(Annotations {
         kind: text("_ArrayType_"),
         size: field(node, "_ArraySize_").and_then(numbers),
         order: text("_ArrayOrder_"),
