@@ -95,6 +95,31 @@ fn absorption_and_scattering() {
     }
 }
 
+/// Arrays of JData have the channels last, as MCX writes them, or first.
+#[test]
+fn annotated_arrays() {
+    let [x, y, z] = SIZE;
+    let by_voxel: Vec<f32> = voxels(true).into_iter().flat_map(coefficients).collect();
+    let by_channel: Vec<f32> = (0..2)
+        .flat_map(|c| {
+            voxels(true)
+                .into_iter()
+                .map(move |voxel| coefficients(voxel)[c])
+        })
+        .collect();
+    for (shape, numbers) in [([x, y, z, 2], by_voxel), ([2, x, y, z], by_channel)] {
+        let mut file = input(json!("muamus_float"));
+        file["Domain"]["VolumeFile"] = json!("");
+        file["Shapes"] =
+            json!({"_ArrayType_": "single", "_ArraySize_": shape, "_ArrayData_": numbers});
+        let loaded = load(&file, &[]).unwrap();
+        for voxel in voxels(false) {
+            let [mu_a, mu_s] = coefficients(voxel).map(f64::from);
+            near(properties(&loaded, voxel), [mu_a, mu_s, 1.5]);
+        }
+    }
+}
+
 #[test]
 fn all_formats() {
     let count = SIZE.iter().product::<usize>();

@@ -45,6 +45,12 @@ pub(super) fn emitters(
         return None;
     }
     let mut sources = wanted(Source::all(node, place, labels, reader)?, node, reader)?;
+    if sources.iter().any(|source| source.has_focus(&kind)) {
+        let message = "morgana does not support a focus of the source, the fourth number of Dir: leave it out, or write a scene with a \
+                       'fiber' that has a 'focus' (docs/guides/tissue-optics.md#sources)";
+        reader.error(node, message);
+        return None;
+    }
     let kind = if kind == "pencilarray" {
         let beams = sources.iter().map(|source| source.beams(labels)).collect();
         let beams: Result<Vec<Vec<Source>>, String> = beams;

@@ -21,6 +21,8 @@ pub(super) struct Source {
     pub second: [f64; 4],
     /// Weight of the source's photons.
     pub weight: f64,
+    /// Distance at which light converges, in voxels; 0 if light is parallel.
+    focus: f64,
 }
 
 /// Returns the sources that a file selects by `ID`: all, or a single one, counted from 1.
@@ -78,6 +80,7 @@ impl Source {
             let source = Source {
                 position: inside(place, labels),
                 direction: direction(&directions[i], node, reader)?,
+                focus: directions[i].get(3).copied().unwrap_or(0.0),
                 first: four(&first[i]),
                 second: four(&second[i]),
                 weight,
@@ -92,6 +95,12 @@ impl Source {
             sources.push(source);
         }
         Some(sources)
+    }
+
+    /// Returns true if the light of a source of this kind converges or diverges. The light of a
+    /// pencil beam starts at a point, so that a focus does not change it.
+    pub(super) fn has_focus(&self, kind: &str) -> bool {
+        self.focus != 0.0 && kind != "pencil"
     }
 
     /// Returns the beams of an array of pencil beams. The fourth parameters are the numbers of beams
@@ -117,6 +126,7 @@ impl Source {
             first: [0.0; 4],
             second: [0.0; 4],
             weight: self.weight / (counts[0] * counts[1]),
+            focus: 0.0,
         };
         Ok(places.map(beam).collect())
     }
@@ -136,13 +146,8 @@ fn inside(position: DVec3, labels: Option<&Labels>) -> DVec3 {
     }
 }
 
-/// Returns a unit direction. Refuses light with a focus.
+/// Returns a unit direction.
 fn direction(row: &[f64], node: &Node, reader: &mut Reader) -> Option<DVec3> {
-    if row.get(3).is_some_and(|focus| *focus != 0.0) {
-        let message = "morgana does not support a focus of the source, the fourth number of Dir: leave it out";
-        reader.error(node, message);
-        return None;
-    }
     let direction = DVec3::from_slice(&row[..3]).try_normalize();
     if direction.is_none() {
         reader.error(

@@ -193,15 +193,22 @@ fn from_array(tensor: &Tensor, stated: &Stated, at: &Node, reader: &mut Reader) 
     Some(Voxels::Labels(Labels { size, data }))
 }
 
-/// Returns the coefficients in an array `[channel, x, y, z]`.
+/// Returns the coefficients in an array `[channel, x, y, z]` or `[x, y, z, channel]`.
 fn coefficients_of(
     tensor: &Tensor,
     stated: &Stated,
     at: &Node,
     reader: &mut Reader,
 ) -> Option<Voxels> {
-    let &[channels, x, y, z] = tensor.shape() else {
+    let &[first, second, third, last] = tensor.shape() else {
         return None;
+    };
+    // MCX writes the channels last, and pmcx has them first.
+    let is_last = !stated.format.is_labels() && stated.format.channels() == last;
+    let (channels, [x, y, z]) = if is_last {
+        (last, [first, second, third])
+    } else {
+        (first, [second, third, last])
     };
     let format = match (stated.format, channels) {
         (MediaFormat::Byte, 1) => MediaFormat::MuaFloat,
@@ -220,7 +227,12 @@ fn coefficients_of(
     let mut numbers = vec![0.0; tensor.len()];
     for (i, target) in rows_first_order([x, y, z]).enumerate() {
         for c in 0..channels {
-            numbers[target * channels + c] = tensor.get(c * x * y * z + i) as f32;
+            let place = if is_last {
+                i * channels + c
+            } else {
+                c * x * y * z + i
+            };
+            numbers[target * channels + c] = tensor.get(place) as f32;
         }
     }
     coefficients((format, [x, y, z]), &numbers, stated, reader.limits)
