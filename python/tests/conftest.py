@@ -12,9 +12,9 @@ os.environ.setdefault("MPLBACKEND", "Agg")
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SCENES = ROOT / "scenes"
-OPTIONAL = ("torch", "pyoidn")
-"""Packages that ``./test`` installs only with ``--long``, for their size: without it, tests that
-need them may be skipped."""
+OPTIONAL = ("torch", "pyoidn", "simpa", "bjdata")
+"""Packages that ``./test`` does not install, or only with ``--long``, for their size: tests that need
+them may be skipped."""
 PROGRAM = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "debug/morgana"
 """The program, whose results the tests compare with."""
 

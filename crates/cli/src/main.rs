@@ -36,6 +36,17 @@ use command_error::CommandError;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
+    if std::env::args_os()
+        .next()
+        .is_some_and(|name| commands::is_mcx(&name))
+    {
+        command_error::hide_panics();
+        let arguments = std::env::args_os().skip(1);
+        let arguments: Vec<String> = arguments
+            .map(|a| a.to_string_lossy().into_owned())
+            .collect();
+        return ended(|| commands::mcx(&arguments));
+    }
     let program = Args::command();
     let matches = program.clone().get_matches();
     let args = Args::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
@@ -46,7 +57,14 @@ fn main() -> ExitCode {
     if let Err(failure) = overwrites::check(&program, &matches) {
         return failure.report();
     }
-    match std::panic::catch_unwind(|| run(&args.command)) {
+    ended(|| run(&args.command))
+}
+
+/// Runs a command, and reports its failure.
+fn ended(
+    command: impl FnOnce() -> Result<ExitCode, CommandError> + std::panic::UnwindSafe,
+) -> ExitCode {
+    match std::panic::catch_unwind(command) {
         Ok(Ok(code)) => code,
         Ok(Err(failure)) => failure.report(),
         Err(_) => CommandError::Internal.report(),
@@ -66,6 +84,7 @@ fn run(command: &Command) -> Result<ExitCode, CommandError> {
         Command::Convert(args) => commands::convert(args),
         Command::Check(args) => commands::check(args),
         Command::Export(args) => commands::export(args),
+        Command::Mcx { arguments } => commands::mcx(arguments),
         Command::Compare(args) => commands::compare(args),
         Command::Tonemap(args) => commands::tonemap(args),
         Command::Denoise(args) => commands::denoise(args),

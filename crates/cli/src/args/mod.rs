@@ -165,6 +165,23 @@ pub enum Command {
         The check reads data files, too. It lists every difference from Mitsuba 3. Exit status: 0 if the scene can be \
         used, 2 if not.")]
     Check(CheckArgs),
+    /// Run an input file of MCX with MCX's options, and write MCX's files.
+    #[command(
+        disable_help_flag = true,
+        after_help = "Example:\n  \
+        morgana mcx -f input.json -n 1e6 -O F -F jnii\n\n\
+        morgana mcx --help lists the options of MCX that the command takes (docs/guides/from-mcx.md). A link named mcx to \
+        the program is this command, for programs that call MCX."
+    )]
+    Mcx {
+        /// Options of MCX.
+        #[arg(
+            value_name = "OPTIONS",
+            trailing_var_arg = true,
+            allow_hyphen_values = true
+        )]
+        arguments: Vec<String>,
+    },
     /// Write a scene in the format of Mitsuba 3.
     #[command(
         after_help = "Example:\n  morgana export old.xml -o new.xml",

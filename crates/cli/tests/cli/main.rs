@@ -15,6 +15,7 @@ mod frames;
 mod info;
 mod layers;
 mod limits;
+mod mcx;
 mod measure;
 mod parts;
 mod photons;

@@ -1,0 +1,195 @@
+//! `morgana mcx`: the options and files of MCX.
+//!
+//! Values of voxels are compared with the law of Beer and Lambert within 10 %, five standard errors
+//! of the smallest fraction of light, 0.1, that a voxel absorbs: the false-alarm rate is below 1e-4.
+
+use crate::support::Folder;
+use serde_json::{Value, json};
+use std::fs;
+
+/// Tolerance of values.
+const TOLERANCE: f64 = 0.1;
+/// Number of photons.
+const PHOTONS: usize = 20_480;
+
+/// A cube of absorbing voxels of half a millimetre, and a beam along +z in the middle of a voxel.
+fn input() -> Value {
+    json!({
+        "Session": {"ID": "cube", "Photons": PHOTONS, "DoMismatch": 0},
+        "Forward": {"T0": 0, "T1": 1e-9, "Dt": 1e-9},
+        "Optode": {
+            "Source": {"Type": "pencil", "Pos": [1.5, 0.5, -1], "Dir": [0, 0, 1]},
+            "Detector": [{"Pos": [1.5, 0.5, 4], "R": 0.9}]
+        },
+        "Domain": {
+            "OriginType": 1, "LengthUnit": 0.5, "Dim": [3, 2, 4], "VolumeFile": "volume.bin",
+            "Media": [{"mua": 0, "mus": 0, "g": 1, "n": 1}, {"mua": 0.5, "mus": 0, "g": 1, "n": 1}]
+        }
+    })
+}
+
+fn folder(input: &Value, volume: &[u8]) -> Folder {
+    let folder = Folder::with_file("<scene version=\"3.0.0\"/>");
+    fs::write(folder.path("input.json"), input.to_string()).unwrap();
+    fs::write(folder.path("volume.bin"), volume).unwrap();
+    folder
+}
+
+/// Numbers of the file `cube.mc2`.
+fn numbers(folder: &Folder) -> Vec<f64> {
+    let bytes = folder.read("cube.mc2");
+    let words = bytes.chunks_exact(4).map(|b| [b[0], b[1], b[2], b[3]]);
+    words.map(|b| f64::from(f32::from_le_bytes(b))).collect()
+}
+
+/// Fluence of voxel k of the column under the beam, per joule and mm².
+fn fluence(k: usize) -> f64 {
+    let [near, far] = [k, k + 1].map(|k| (-0.25 * k as f64).exp());
+    (near - far) / 0.5 / 0.125
+}
+
+fn near(found: f64, expected: f64) {
+    assert!(
+        (found - expected).abs() <= TOLERANCE * expected.abs(),
+        "{found} {expected}"
+    );
+}
+
+#[test]
+fn quantities_and_orders_of_axes() {
+    let folder = folder(&input(), &[1; 24]);
+    for (options, scale) in [
+        ("-O F", 1.0),
+        ("-O X", 1e9),
+        // Absorption times the volume of a voxel.
+        ("-O E", 0.5 * 0.125),
+        ("-O F -U 0", PHOTONS as f64 * 0.125 / 0.5),
+        ("-O E -U 0", PHOTONS as f64 * 0.5 * 0.125),
+        ("", 1e9),
+    ] {
+        folder.succeed(&format!("mcx -f input.json -F mc2 {options}"));
+        for (i, found) in numbers(&folder).into_iter().enumerate() {
+            let (column, k) = (i % 6, i / 6);
+            near(found, if column == 1 { scale * fluence(k) } else { 0.0 });
+        }
+    }
+    // Photons of the detector: 64 bytes of a header, then detector, path length and weight.
+    let history = folder.read("cube.mch");
+    assert_eq!(&history[..4], b"MCXH");
+    let word = |i: usize| [0, 1, 2, 3].map(|k| history[4 * i + k]);
+    let integer = |i: usize| u32::from_le_bytes(word(i)) as usize;
+    // Version, media, detectors, columns, photons, detected, saved.
+    assert_eq!([1, 2, 3, 4, 5].map(integer), [1, 1, 1, 3, PHOTONS]);
+    let saved = integer(7);
+    assert_eq!(history.len(), 64 + saved * 3 * 4);
+    let number = |i: usize| f64::from(f32::from_le_bytes(word(16 + i)));
+    let power = (0..saved).map(|i| {
+        near(number(3 * i), 1.0);
+        near(number(3 * i + 1), 4.0);
+        number(3 * i + 2) * (-0.5 * 0.5 * number(3 * i + 1)).exp()
+    });
+    near(power.sum::<f64>() / PHOTONS as f64, (-1f64).exp());
+}
+
+#[test]
+fn the_command_line_of_simpa() {
+    let mut file = input();
+    file["Session"] = json!({"ID": "cube", "DoAutoThread": 1, "Photons": PHOTONS as f64, "DoMismatch": 0, "RNGSeed": 471});
+    file["Domain"]["MediaFormat"] = json!("muamus_float");
+    file["Domain"]["OriginType"] = json!(0);
+    file["Domain"]["Media"] = json!([[0, 0, 1, 1], [1, 1, 0.9, 1]]);
+    file["Optode"] = json!({"Source": {
+        "Type": "slit", "Pos": [2.5, 1.5, 0.5], "Dir": [0.0, 0.0, 1.0], "Param1": [1e-6, 0.0, 0.0, 0], "Param2": [0, 0, 0, 0],
+    }});
+    let mut bytes = Vec::new();
+    for i in 0..24 {
+        // Voxels with z fastest; the last layer absorbs more.
+        let mu_a = if i % 4 == 3 { 1.0f32 } else { 0.5 };
+        bytes.extend([mu_a, 1e-10].into_iter().flat_map(f32::to_le_bytes));
+    }
+    let folder = folder(&file, &bytes);
+    let told = folder.succeed("mcx -f input.json -O F -a 1 -F jnii");
+    assert!(told.contains("wrote cube.jnii"), "{told}");
+    folder.succeed("convert cube.jnii -o cube.nrrd");
+    let image = folder.json("cube.jnii");
+    assert_eq!(image["NIFTIData"]["_ArraySize_"], json!([3, 2, 4, 1, 1]));
+    assert_eq!(image["NIFTIData"]["_ArrayOrder_"], json!("c"));
+    assert_eq!(
+        image["NIFTIHeader"]["VoxelSize"],
+        json!([0.5, 0.5, 0.5, 1e-9, 1])
+    );
+    folder.succeed("mcx -f input.json -O F -a 1 -F mc2");
+    let found = numbers(&folder);
+    near(found[6 + 1], fluence(1));
+    near(
+        found[18 + 1],
+        (-0.75f64).exp() * (1.0 - (-0.5f64).exp()) / 1.0 / 0.125,
+    );
+}
+
+#[test]
+fn light_that_leaves() {
+    let mut file = input();
+    file["Session"]["BCFlags"] = json!("______000001");
+    let mut volume = [1; 24];
+    volume[18..].fill(0);
+    let folder = folder(&file, &volume);
+    folder.succeed("mcx -f input.json -O F -F mc2 -X 1");
+    let found = numbers(&folder);
+    near(found[6 + 1], fluence(1));
+    near(found[18 + 1], -(-0.75f64).exp() / 0.25);
+    // No light leaves through the side at +z, because voxels of label 0 are outside.
+    folder.succeed("mcx -f input.json -F jnii -w XV");
+    let photons = &folder.json("cube_detp.jdat")["MCXData"];
+    assert_eq!(photons["Info"]["SavedPhoton"], json!(0));
+    fs::write(folder.path("volume.bin"), [1; 24]).unwrap();
+    folder.succeed("mcx -f input.json -F jnii -w XV");
+    let photons = &folder.json("cube_detp.jdat")["MCXData"];
+    let saved = photons["Info"]["SavedPhoton"].as_u64().unwrap();
+    // The detector and the side receive the same photons.
+    assert!(saved > 0 && saved % 2 == 0);
+    assert_eq!(photons["PhotonData"]["p"]["_ArraySize_"], json!([saved, 3]));
+    folder.succeed("mcx -f input.json -F bnii -w XV");
+    assert!(folder.files().contains(&"cube_detp.jdb".to_owned()));
+}
+
+#[test]
+fn other_output() {
+    let folder = folder(&input(), &[1; 24]);
+    assert!(folder.succeed("mcx --help").contains("-f, --input FILE"));
+    assert!(folder.succeed("mcx -v").contains("morgana"));
+    assert!(folder.succeed("mcx -L").contains("threads of the CPU"));
+    folder.succeed("mcx -f input.json -n 7 --dumpjson changed.json");
+    assert_eq!(folder.json("changed.json")["Session"]["Photons"], json!(7));
+    folder.succeed("mcx -f input.json -S 0 -d 0 -s none -l");
+    let files = folder.files();
+    assert!(
+        files.contains(&"none.log".to_owned()) && !files.iter().any(|f| f.starts_with("none.j")),
+        "{files:?}"
+    );
+    for (options, expected) in [
+        ("-f input.json -O J", "give X (fluence rate)"),
+        ("-f input.json -F nii", "give jnii, bnii or mc2"),
+        ("-f input.json -w Q", "SaveDataMask (-w) Q"),
+        ("-f input.json --foo", "unknown option"),
+        ("-n 10", "give an input file"),
+        ("-f input.json -B cc____", "so wide that"),
+    ] {
+        let message = folder.refuse(&format!("mcx {options}"));
+        assert!(message.contains(expected), "{options}: {message}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_link_named_mcx() {
+    let folder = folder(&input(), &[1; 24]);
+    std::os::unix::fs::symlink(crate::support::program(), folder.path("mcx")).unwrap();
+    let mut command = std::process::Command::new(folder.path("mcx"));
+    let status = command
+        .args(["-f", "input.json", "-F", "mc2"])
+        .current_dir(folder.path("."))
+        .status();
+    assert!(status.unwrap().success());
+    near(numbers(&folder)[1], 1e9 * fluence(0));
+}
