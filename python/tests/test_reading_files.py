@@ -39,7 +39,7 @@ def scene(to_world, **more):
             "type": "sphere", "radius": 6, "bsdf": {"type": "null"},
             "interior": {"type": "homogeneous", "id": "fog", "sigma_s": 0.4, "sigma_a": {"type": "spectrum", "value": [[500, 0.1], [600, 0.3]]}},
         },
-        "lamp": {"type": "point", "position": [0, 1, 0], "intensity": 1.0},
+        "light": {"type": "point", "position": [0, 1, 0], "intensity": 1.0},
     }  # fmt: skip
 
 

@@ -17,12 +17,12 @@ pub struct GridData<'a, T> {
     /// Arrays; formats of one array hold the first.
     pub arrays: Vec<GridArray<'a, T>>,
     /// Further properties, in formats with names.
-    pub fields: Vec<(String, Field)>,
+    pub fields: Vec<(String, GridField)>,
 }
 
 /// Further property of a grid.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Field {
+pub enum GridField {
     /// Numbers, such as the edges of bins.
     Numbers(Vec<f64>),
     /// Text, such as a description in JSON.

@@ -34,7 +34,7 @@ use series::{Plan, Series};
 
 pub use format::Format;
 pub use frame::VolumeFrame;
-pub use grid_data::{Field, GridArray, GridAxis, GridData, strided};
+pub use grid_data::{GridArray, GridAxis, GridData, GridField, strided};
 pub use layout::AxisOrder;
 pub use metered::place as metered_place;
 pub use options::Options;

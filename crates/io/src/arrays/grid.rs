@@ -1,18 +1,17 @@
 //! Readings over a Cartesian grid, as arrays in space.
 
+use super::readings::METRES;
 use super::{Array, Arrays, npz, readings};
 use crate::cie::SPEED_OF_LIGHT;
 use crate::element::Element;
 use crate::error::Problem;
-use crate::volume::{Field, GridArray, GridAxis, GridData, VolumeFrame, metered_place};
+use crate::volume::{GridArray, GridAxis, GridData, GridField, VolumeFrame, metered_place};
 use serde_json::{Map, Value, json};
 
 /// Axes in space, in the order of the columns of a frame.
 pub(super) const SPACE: [&str; 3] = ["x", "y", "z"];
 /// Largest difference of the widths of equal bins, relative to the width.
 const MAX_UNEVENNESS: f64 = 1e-6;
-/// Name of the attribute with the length of a scene unit in m.
-pub(super) const METRES: &str = "metres_per_unit";
 /// Axis of optical path lengths, and its name as a time of flight.
 const LENGTH: &str = "opl";
 const TIME: &str = "time";
@@ -153,7 +152,7 @@ impl Arrays {
     }
 
     /// Returns the edges of all axes, and a description of all arrays as JSON.
-    fn fields(&self, main: &Array) -> Vec<(String, Field)> {
+    fn fields(&self, main: &Array) -> Vec<(String, GridField)> {
         let axes = self.array(main).axes;
         let space = SPACE
             .into_iter()
@@ -171,10 +170,10 @@ impl Arrays {
         about.insert("edges".into(), edges.collect::<Map<_, _>>().into());
         let edges = all
             .iter()
-            .map(|(axis, edges)| (format!("{axis}_edges"), Field::Numbers(edges.to_vec())));
+            .map(|(axis, edges)| (format!("{axis}_edges"), GridField::Numbers(edges.to_vec())));
         let metadata = (
             "metadata".to_owned(),
-            Field::Text(Value::from(about).to_string()),
+            GridField::Text(Value::from(about).to_string()),
         );
         edges.chain([metadata]).collect()
     }

@@ -1,6 +1,5 @@
 //! Conversion of meter readings to arrays with units.
 
-use super::grid::METRES;
 use super::{Array, Arrays, Quality, records};
 use crate::assemble::{Gruneisen, Instrument, Normalization};
 use serde_json::Value;
@@ -12,6 +11,9 @@ pub(super) const STATISTICS: [&str; 3] = [ERROR, EFFECTIVE, FEW];
 pub(super) const ERROR: &str = "_error";
 const EFFECTIVE: &str = "_effective";
 const FEW: &str = "_few";
+
+/// Name of the attribute with the length of a scene unit in m.
+pub(super) const METRES: &str = "metres_per_unit";
 
 /// Returns the name of the standard errors of an array.
 pub(super) fn error_of(name: &str) -> String {

@@ -11,7 +11,7 @@ use super::{CODES, NIFTI_1_HEADER};
 use crate::atomic;
 use crate::element::{Element, Encoding};
 use crate::error::{FileError, Problem};
-use crate::volume::{Field, Format, GridArray, GridAxis, GridData, Sample, VolumeFrame};
+use crate::volume::{Format, GridArray, GridAxis, GridData, GridField, Sample, VolumeFrame};
 
 /// Largest number of items along an axis.
 const MAX_LENGTH: usize = i16::MAX as usize;
@@ -242,10 +242,10 @@ fn length_unit(metres: Option<f64>) -> (u8, f64) {
 }
 
 /// Makes an extension of each text.
-fn comments(fields: &[(String, Field)]) -> Vec<u8> {
+fn comments(fields: &[(String, GridField)]) -> Vec<u8> {
     let mut bytes = Vec::new();
     for (_, field) in fields {
-        let Field::Text(words) = field else {
+        let GridField::Text(words) = field else {
             continue;
         };
         let size = (8 + words.len()).next_multiple_of(16);

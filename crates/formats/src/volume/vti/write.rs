@@ -10,7 +10,7 @@ use super::payload::word;
 use crate::atomic;
 use crate::element::Encoding;
 use crate::error::FileError;
-use crate::volume::{Field, Format, GridData, Sample};
+use crate::volume::{Format, GridData, GridField, Sample};
 
 /// Writes all arrays of a grid, as raw appended data. Values belong to points if the outermost
 /// samples lie on the faces of the box, else to cells. Axes except x, y and z become components.
@@ -88,7 +88,7 @@ fn arrays<T: Sample>(grid: &GridData<T>) -> String {
 }
 
 /// Makes the element of further properties. Texts are lists of their bytes, which end with 0.
-fn fields(fields: &[(String, Field)]) -> String {
+fn fields(fields: &[(String, GridField)]) -> String {
     if fields.is_empty() {
         return String::new();
     }
@@ -96,7 +96,7 @@ fn fields(fields: &[(String, Field)]) -> String {
     for (name, field) in fields {
         let name = escaped(name);
         let _ = match field {
-            Field::Numbers(numbers) => {
+            GridField::Numbers(numbers) => {
                 let count = numbers.len();
                 let numbers: Vec<String> = numbers.iter().map(f64::to_string).collect();
                 let numbers = numbers.join(" ");
@@ -105,7 +105,7 @@ fn fields(fields: &[(String, Field)]) -> String {
                     r#"      <DataArray type="Float64" Name="{name}" NumberOfTuples="{count}" format="ascii">{numbers}</DataArray>"#
                 )
             }
-            Field::Text(words) => {
+            GridField::Text(words) => {
                 let bytes: Vec<String> = words.bytes().chain([0]).map(|b| b.to_string()).collect();
                 let bytes = bytes.join(" ");
                 writeln!(
