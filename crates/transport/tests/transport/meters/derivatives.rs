@@ -264,7 +264,7 @@ fn rows_of_jacobians_add_up() {
         let shapes: Vec<_> = meters.iter().map(Meter::readings).collect();
         for (meter, readings) in shapes.iter().enumerate() {
             for (reading, (name, axes)) in readings.iter().enumerate() {
-                let bins: usize = axes.iter().product();
+                let bins: usize = axes.iter().map(ReadingAxis::len).product();
                 let weight = |i: usize| 1.0 + (i * 7 % 5) as f64;
                 let mut weights: Vec<Vec<Vec<f64>>> = shapes
                     .iter()
@@ -276,7 +276,8 @@ fn rows_of_jacobians_add_up() {
                 let of = ReadingFunctional::Each { meter, reading };
                 let rows = by(parts(), &meters, &BY_ALL, of, 200);
                 for (sum, rows) in sums.iter().zip(&rows) {
-                    assert_eq!(rows.shape[..axes.len()], axes[..], "{name}");
+                    let shape: Vec<usize> = axes.iter().map(ReadingAxis::len).collect();
+                    assert_eq!(rows.shape[..axes.len()], shape, "{name}");
                     assert_eq!(rows.shape[axes.len()..], sum.shape[..], "{name}");
                     let numbers = sum.values.len();
                     for (i, value) in sum.values.iter().enumerate() {
