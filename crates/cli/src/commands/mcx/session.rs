@@ -261,6 +261,7 @@ impl Session {
             instruments: &loaded.instruments,
             measurement,
             channels: &loaded.channel_names,
+            meter: None,
         };
         let name = match self.quantity {
             Quantity::Energy => "absorbed",
