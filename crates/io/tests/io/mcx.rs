@@ -366,7 +366,11 @@ fn mistakes() {
         "no whole number of gates: give 2.5e-9 s for 2",
     );
     refused(
-        |f| f["Optode"]["Source"]["Dir"] = json!([0, 0, 1, 20]),
+        |f| {
+            f["Optode"]["Source"]["Type"] = json!("disk");
+            f["Optode"]["Source"]["Param1"] = json!([2, 0, 0, 0]);
+            f["Optode"]["Source"]["Dir"] = json!([0, 0, 1, 20]);
+        },
         "focus",
     );
     refused(
