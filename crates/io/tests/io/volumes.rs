@@ -400,8 +400,8 @@ fn a_missing_file_is_named() {
         .to_string();
     assert_eq!(
         error,
-        "a.png: not supported: volumes are .vol, .npy, .npz, .h5, .hdf5, .mat, .nrrd, .nhdr, .vti, .vtk, .jnii, .bnii, .jdt and \
-         .jdb, and .vdb, .nii and .nii.gz to read; meshes (.vtu, .vtr, .vts, .vtm, .foam, .cgns) are resampled by python -m morgana.flow"
+        "a.png: not supported: volumes are .vol, .npy, .npz, .h5, .hdf5, .mat, .nrrd, .nhdr, .vti, .vtk, .nii, .nii.gz, .jnii, .bnii, .jdt and \
+         .jdb, and .vdb to read; meshes (.vtu, .vtr, .vts, .vtm, .foam, .cgns) are resampled by python -m morgana.flow"
     );
 }
 

@@ -117,9 +117,11 @@ pub(super) fn scene(root: &Node, limits: Limits, diagnostics: &mut Diagnostics) 
         "refraction": settings.refraction,
     });
     if settings.measures_surface {
+        // Light is recorded where it enters and where it leaves.
+        let most = settings.photons.saturating_mul(2);
         tissue["boundary"] = json!({
             "type": "irradiancemeter", "id": "surface", "normalization": "per_watt", "sampler": settings.sampler(),
-            "records": true, "max_records": settings.photons,
+            "records": true, "max_records": most,
         });
     }
     for (i, mut detector) in detectors.into_iter().enumerate() {
