@@ -51,6 +51,7 @@ MASKS = [
     (r"a pilot finds it [^·\n]*[^·\s]", "a pilot finds it …"),
     # `morgana status`.
     (r" in [^\n]* of computing", " in … of computing"),
+    (r" photons in [\d.]+ s\b", " photons in … s"),
 ]
 """Patterns of outputs that depend on the machine or on its load, each with its replacement."""
 
