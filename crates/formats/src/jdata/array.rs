@@ -118,7 +118,7 @@ impl<'a> AnnotatedArray<'a> {
     ///
     /// # Errors
     ///
-    /// As for [`AnnotatedArray::new`]; also values that are no array.
+    /// The errors of [`AnnotatedArray::new`], and values that are no array.
     pub fn of(value: &'a JdataValue) -> Result<Self, Problem> {
         match value {
             JdataValue::Packed(packed) => Ok(AnnotatedArray::packed(packed)),
@@ -195,7 +195,7 @@ impl<'a> AnnotatedArray<'a> {
     ///
     /// # Errors
     ///
-    /// As for [`AnnotatedArray::each`].
+    /// The errors of [`AnnotatedArray::each`].
     pub fn tensor(&self) -> Result<Tensor, Problem> {
         // Let memory grow with the content: the size may be wrong.
         let numbers = if self.element.is_single() {

@@ -77,6 +77,12 @@ impl JdataForm {
 }
 
 impl JdataValue {
+    /// Creates an object of values by name.
+    pub fn object<'a>(entries: impl IntoIterator<Item = (&'a str, JdataValue)>) -> Self {
+        let owned = |(key, value): (&str, JdataValue)| (key.to_owned(), value);
+        JdataValue::Object(entries.into_iter().map(owned).collect())
+    }
+
     /// Parses a file of either form.
     ///
     /// # Errors

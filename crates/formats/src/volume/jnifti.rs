@@ -38,7 +38,7 @@ pub fn read<T: Sample>(path: &Path, options: Options) -> Result<Volume<T>, FileE
 ///
 /// # Errors
 ///
-/// As for [`read`].
+/// The errors of [`read`].
 pub fn parse<T: Sample>(bytes: &[u8], options: Options) -> Result<Volume<T>, Problem> {
     volume(&JdataValue::parse(bytes)?, bytes.len() as u64, options)
 }
@@ -273,13 +273,13 @@ impl JniftiImage<'_> {
             ("VoxelSize", list(sizes)),
             (
                 "Orientation",
-                object(["x", "y", "z"].into_iter().zip(["r", "a", "s"].map(text))),
+                JdataValue::object(["x", "y", "z"].into_iter().zip(["r", "a", "s"].map(text))),
             ),
             ("ScaleSlope", number(1)),
             ("ScaleOffset", number(0)),
             (
                 "Unit",
-                object([("L", text(self.unit.unwrap_or(""))), ("T", text("s"))]),
+                JdataValue::object([("L", text(self.unit.unwrap_or(""))), ("T", text("s"))]),
             ),
             ("Description", text(self.description)),
             ("QForm", number(0)),
@@ -295,21 +295,12 @@ impl JniftiImage<'_> {
                 text("https://neurojson.org/jnifti/draft1"),
             ),
         ];
-        object([
-            ("_DataInfo_", object(info)),
-            ("NIFTIHeader", object(header)),
+        JdataValue::object([
+            ("_DataInfo_", JdataValue::object(info)),
+            ("NIFTIHeader", JdataValue::object(header)),
             ("NIFTIData", JdataValue::Packed(self.values)),
         ])
     }
-}
-
-fn object<'a>(entries: impl IntoIterator<Item = (&'a str, JdataValue)>) -> JdataValue {
-    let entries = entries.into_iter();
-    JdataValue::Object(
-        entries
-            .map(|(key, value)| (key.to_owned(), value))
-            .collect(),
-    )
 }
 
 /// Writes the first array of a grid: as JNIfTI with its position for `.jnii` and `.bnii`, with the
@@ -331,7 +322,10 @@ fn value<T: Sample>(path: &Path, grid: &GridData<T>) -> Result<JdataValue, Probl
         let mut shape = grid.size.to_vec();
         shape.extend(array.axes.iter().map(|axis| axis.len));
         let values = PackedArray::new(element, shape, true, array.by_axis(grid.size))?;
-        return Ok(object([(array.name, JdataValue::Packed(values))]));
+        return Ok(JdataValue::object([(
+            array.name,
+            JdataValue::Packed(values),
+        )]));
     }
     let placed = nifti::Placed::new(grid, array)?;
     let shape = placed.shape.clone();

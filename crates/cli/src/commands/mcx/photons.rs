@@ -181,12 +181,12 @@ impl Photons<'_> {
         }
         let number = |v: usize| JdataValue::Number(v as f64);
         let medium = |[mua, mus, g, n]: &[f64; 4]| {
-            object(
+            JdataValue::object(
                 [("mua", mua), ("mus", mus), ("g", g), ("n", n)]
                     .map(|(k, v)| (k, JdataValue::Number(*v))),
             )
         };
-        let info = object([
+        let info = JdataValue::object([
             ("Version", number(1)),
             ("MediaNum", number(self.media_count())),
             ("DetNum", number(self.detector_count())),
@@ -206,8 +206,9 @@ impl Photons<'_> {
                 JdataValue::List(self.media.iter().map(medium).collect()),
             ),
         ]);
-        let content = object([("Info", info), ("PhotonData", JdataValue::Object(data))]);
-        Ok(object([("MCXData", content)]))
+        let content =
+            JdataValue::object([("Info", info), ("PhotonData", JdataValue::Object(data))]);
+        Ok(JdataValue::object([("MCXData", content)]))
     }
 
     fn detector_count(&self) -> usize {
@@ -272,13 +273,4 @@ fn transmitted(table: &RecordTable, i: usize) -> f64 {
         })
         .sum();
     (-depth).exp()
-}
-
-fn object<'a>(entries: impl IntoIterator<Item = (&'a str, JdataValue)>) -> JdataValue {
-    let entries = entries.into_iter();
-    JdataValue::Object(
-        entries
-            .map(|(key, value)| (key.to_owned(), value))
-            .collect(),
-    )
 }

@@ -126,7 +126,7 @@ pub(super) struct Coefficients {
 
 /// Mean cosine of the scattering angle.
 enum MeanCosine {
-    /// One number for all voxels.
+    /// Constant coefficient of all voxels.
     Uniform(f64),
     /// A number for each voxel.
     Voxels(Vec<f32>),
