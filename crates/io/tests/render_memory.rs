@@ -21,10 +21,10 @@ const WORK: usize = 1 << 20;
 /// Maximum bytes per pixel of three channels, by a path tracer, with filters of one pixel and with
 /// wider ones, for which values of cells wait until they are spread over pixels.
 const MAX_BYTES_PER_PIXEL: [(&str, usize); 2] = [("box", 170), ("path", 200)];
-/// Maximum bytes per triangle of a closed mesh: kept, and during reading. Small leaves of the
-/// hierarchy cost 20 and 50 bytes more than leaves of eight triangles, and save a tenth of the
-/// time.
-const MAX_KEPT: usize = 105;
+/// Maximum bytes per triangle of a closed mesh: kept, and during reading. The search for straight
+/// lines keeps copies of the triangles in single precision, which take 20 bytes more than a
+/// hierarchy over the mesh alone and halve the time of a line among many meshes.
+const MAX_KEPT: usize = 130;
 const MAX_READ: usize = 200;
 
 fn load(folder: &Path, scene: &Value) -> Loaded {

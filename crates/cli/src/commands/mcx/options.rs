@@ -354,9 +354,11 @@ impl CommandLine {
                 "Source" => section_of(section_of(root, "Optode"), "Source"),
                 section => section_of(root, section),
             };
-            if let Value::Object(entries) = object {
-                set(entries, key, value.clone());
-            }
+            let Value::Object(entries) = object else {
+                let message = format!("{section} of the input is no object");
+                return Err(CommandError::Usage(message));
+            };
+            set(entries, key, value.clone());
         }
         if let Some(text) = &self.json {
             merge(root, &parsed("--json", text)?);
@@ -419,7 +421,11 @@ fn section_of<'a>(root: &'a mut Value, name: &str) -> &'a mut Value {
         let mut keys = entries.keys();
         keys.find(|key| key.eq_ignore_ascii_case(name)).cloned()
     });
-    &mut root[key.unwrap_or_else(|| name.to_owned())]
+    let section = &mut root[key.unwrap_or_else(|| name.to_owned())];
+    if section.is_null() {
+        *section = json!({});
+    }
+    section
 }
 
 /// Sets a value, whatever the case of its key.
