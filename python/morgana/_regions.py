@@ -4,7 +4,7 @@ Labels of equal index form one medium, with a name such as ``head: labels 1, 2``
 
 from __future__ import annotations
 
-from typing import Any, Dict, Iterable, List, NamedTuple, Tuple
+from typing import Any, Dict, Iterable, List, Mapping, NamedTuple, Tuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from ._errors import RenderError
 from ._morgana import Scene
 
 OF_LABELS = ": labels "
+VOXELS = ": voxels"
 
 
 class Row(NamedTuple):
@@ -37,23 +38,42 @@ def rows_of(scene: Scene) -> Dict[str, Row]:
     return found
 
 
-def by_medium(scene: Scene, names: Iterable[str]) -> Dict[str, Tuple[str, Any]]:
-    """Returns the parameter of a medium for each name of a parameter, and the :class:`Row` of a
-    label's parameter, else ``None``."""
-    rows = rows_of(scene)
-    found: Dict[str, Tuple[str, Any]] = {}
+def by_medium(scene: Scene, names: Iterable[str]) -> Dict[str, Tuple[List[str], Any]]:
+    """Returns the parameters of media for each name of a parameter, whose derivatives add up to that
+    of the name, and the :class:`Row` of a label's parameter, else ``None``."""
+    rows, found = rows_of(scene), {}
     for name in names:
         if name in found:
             raise RenderError(f"{name!r} is listed twice")
         region, _, parameter = name.rpartition(".")
         of = rows.get(region)
-        found[name] = (name, None) if of is None else (f"{of.medium}.{parameter}", of)
+        if of is not None:
+            found[name] = ([f"{of.medium}.{parameter}"], of)
+        elif region.endswith(VOXELS):
+            found[name] = ([f"{medium}.voxels.{parameter}" for medium in _media_of_labels(scene, region[: -len(VOXELS)])], None)
+        else:
+            found[name] = ([name], None)
     return found
 
 
-def unique(names: Iterable[Tuple[str, Any]]) -> List[str]:
+def _media_of_labels(scene: Scene, volume: str) -> List[str]:
+    """Returns the names of the media of a volume of labels."""
+    found = [medium for medium in scene.fields if medium.startswith(f"{volume}: label")]
+    if not found:
+        volumes = sorted({medium.rpartition(": label")[0] for medium in scene.fields if ": label" in medium})
+        raise RenderError(f"no volume of labels {volume!r}: there {f'are {volumes}' if volumes else 'is none'}")
+    return found
+
+
+def unique(names: Iterable[Tuple[List[str], Any]]) -> List[str]:
     """Returns the parameters, each once."""
-    return list(dict.fromkeys(parameter for parameter, _ in names))
+    return list(dict.fromkeys(parameter for parameters, _ in names for parameter in parameters))
+
+
+def added(known: Mapping[str, Tuple[NDArray[Any], NDArray[Any]]], parameters: List[str]) -> Tuple[NDArray[Any], NDArray[Any]]:
+    """Returns sums of derivatives and errors by parameters. Where one is not zero, the others are."""
+    values, errors = zip(*(known[parameter] for parameter in parameters))
+    return sum(values), sum(errors)
 
 
 def row_of(values: NDArray[Any], of: Any, name: str, axis: int) -> NDArray[Any]:

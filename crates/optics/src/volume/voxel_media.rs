@@ -32,7 +32,7 @@ impl VoxelMedia {
 
     /// Returns, for each voxel, 1 + the index of its medium in [`VoxelMedia::media`], or 0 for the
     /// medium around the volume.
-    pub fn parts(&self) -> &LabelGrid {
+    pub fn parts(&self) -> &Arc<LabelGrid> {
         &self.parts
     }
 

@@ -7,7 +7,7 @@ use super::parts::{MediumId, Object, Partition, Parts};
 use crate::bsdf::Bsdf;
 use crate::shape::Shape;
 use crate::shared::Distinct;
-use crate::volume::VoxelMedia;
+use crate::volume::{LabelGrid, VoxelMedia};
 use eikonal::Aabb;
 use glam::{DAffine3, DMat3, DVec3};
 use std::ops::Range;
@@ -100,6 +100,18 @@ impl VoxelVolumes {
 }
 
 impl Scene {
+    /// Returns the grid of the voxels of a medium: of labels, or of a volume that surfaces along
+    /// voxels divide into media.
+    pub(crate) fn voxels_of(&self, medium: MediumId) -> Option<Arc<LabelGrid>> {
+        let voxels = self.parts.partitions.iter();
+        let mut voxels = voxels.filter_map(|partition| partition.voxels.as_ref());
+        let voxels = voxels.find(|voxels| voxels.media().contains(&medium));
+        let labels = self.medium(medium).labels.as_ref();
+        voxels
+            .map(|voxels| voxels.parts().clone())
+            .or_else(|| labels.map(|labels| labels.grid().clone()))
+    }
+
     /// Returns the volume to whose voxels a medium belongs, if walks can go through it from voxel
     /// to voxel.
     #[inline]

@@ -33,6 +33,11 @@ impl Chart {
         Chart::of(medium, &medium.sigma_t)
     }
 
+    /// Returns the chart of a coefficient with a number for each voxel of labels.
+    pub(super) fn of_voxels(labels: &Shared<LabelGrid>) -> Self {
+        Chart::Voxels(voxels_of(labels))
+    }
+
     /// Returns the chart of a medium's albedo.
     pub(super) fn of_albedo(medium: &Medium) -> Self {
         Chart::of(medium, &medium.albedo)
@@ -58,11 +63,9 @@ impl Chart {
         if let Some(labels) = &medium.labels {
             let count = labels.list().len();
             let labels = labels.grid().clone();
-            let cells = VolumeGrid::by_label(labels.clone(), &[Spectrum::ONE], 1);
-            let cells = Shared::new(cells.expect("one channel of ones"));
             return Chart::Labels {
+                cells: voxels_of(&labels),
                 labels,
-                cells,
                 count,
             };
         }
@@ -117,6 +120,12 @@ impl Chart {
             Chart::Voxels(grid) => along(grid, arc, theta, see),
         }
     }
+}
+
+/// Returns the grid cells of the voxels of labels.
+fn voxels_of(labels: &Shared<LabelGrid>) -> Shared<VolumeGrid> {
+    let cells = VolumeGrid::by_label(labels.clone(), &[Spectrum::ONE], 1);
+    Shared::new(cells.expect("one channel of ones"))
 }
 
 /// Returns the number of the label of a voxel.

@@ -33,6 +33,16 @@ pub enum DerivativeError {
         "the phase function of '{0}' has no mean cosine g to differentiate by: only hg has, also of labels and of voxels"
     )]
     Phase(String),
+    /// The medium has no labels.
+    #[error(
+        "'{0}' has no voxels of labels to differentiate by: leave 'voxels' out of the name, or give 'labels' a surface of voxels"
+    )]
+    NoVoxels(String),
+    /// Coefficients are requested by voxel and by label.
+    #[error(
+        "coefficients of '{0}' are requested by voxel and by label: request them by voxel, and add up the voxels of a label"
+    )]
+    VoxelsAndLabels(String),
     /// The extinction of the medium depends on the direction.
     #[error(
         "'{0}' has flakes (sggx), whose extinction depends on the direction: of such media, only the albedo has derivatives"

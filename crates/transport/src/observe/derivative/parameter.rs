@@ -36,6 +36,12 @@ pub enum RadiometricParameter {
     Absorption(MediumId),
     /// Scattering coefficient μ_s of a medium, at constant absorption coefficient.
     Scattering(MediumId),
+    /// Absorption coefficient μ_a of each voxel of a medium of labels, at constant scattering
+    /// coefficient: [z, y, x] of the labels, zero where other media are.
+    VoxelAbsorption(MediumId),
+    /// Scattering coefficient μ_s of each voxel of a medium of labels, at constant absorption
+    /// coefficient.
+    VoxelScattering(MediumId),
     /// Mean cosine g of a medium's Henyey–Greenstein phase function: one number, one for each
     /// label, or one for each voxel.
     MeanCosine(MediumId),
@@ -65,6 +71,11 @@ impl RadiometricParameter {
             | RadiometricParameter::Scattering(id) => {
                 Chart::of_extinction(scene.medium(id)).shape()
             }
+            RadiometricParameter::VoxelAbsorption(id)
+            | RadiometricParameter::VoxelScattering(id) => {
+                let voxels = scene.voxels_of(id);
+                voxels.map_or_else(Vec::new, |voxels| Chart::of_voxels(&voxels).shape())
+            }
             RadiometricParameter::Albedo(id) => Chart::of_albedo(scene.medium(id)).shape(),
             RadiometricParameter::Colour(object, tint) => {
                 let colours = scene.objects()[object].bsdf.tint(tint);
@@ -89,6 +100,8 @@ impl RadiometricParameter {
             | RadiometricParameter::Albedo(id)
             | RadiometricParameter::Absorption(id)
             | RadiometricParameter::Scattering(id)
+            | RadiometricParameter::VoxelAbsorption(id)
+            | RadiometricParameter::VoxelScattering(id)
             | RadiometricParameter::MeanCosine(id) => ("medium", id, scene.media().len()),
             RadiometricParameter::Colour(object, _) => ("object", object, scene.objects().len()),
             RadiometricParameter::Emission(emitter) | RadiometricParameter::Radiance(emitter) => {
@@ -114,6 +127,18 @@ impl RadiometricParameter {
             }
         };
         match *self {
+            RadiometricParameter::VoxelAbsorption(id)
+            | RadiometricParameter::VoxelScattering(id)
+                if scene.voxels_of(id).is_none() =>
+            {
+                Err(DerivativeError::NoVoxels(scene.medium(id).name.clone()))
+            }
+            RadiometricParameter::VoxelAbsorption(id) => {
+                RadiometricParameter::Absorption(id).check(scene, channels)
+            }
+            RadiometricParameter::VoxelScattering(id) => {
+                RadiometricParameter::Scattering(id).check(scene, channels)
+            }
             RadiometricParameter::Extinction(id)
             | RadiometricParameter::Absorption(id)
             | RadiometricParameter::Scattering(id)
@@ -151,6 +176,44 @@ impl RadiometricParameter {
             RadiometricParameter::Radiance(index) => check_radiance(scene, index, channels),
         }
     }
+}
+
+/// Returns the chart of a medium's extinction for the requested parameters.
+fn extinction_chart(scene: &Scene, id: MediumId, parameters: &[RadiometricParameter]) -> Chart {
+    let by_voxel = [
+        RadiometricParameter::VoxelAbsorption(id),
+        RadiometricParameter::VoxelScattering(id),
+    ];
+    let by_voxel = by_voxel.iter().any(|p| parameters.contains(p));
+    let voxels = by_voxel.then(|| scene.voxels_of(id)).flatten();
+    match voxels {
+        Some(voxels) => Chart::of_voxels(&voxels),
+        None => Chart::of_extinction(scene.medium(id)),
+    }
+}
+
+/// Checks that coefficients of the medium of a voxel parameter are requested by voxel only.
+fn check_voxels(
+    scene: &Scene,
+    parameter: &RadiometricParameter,
+    parameters: &[RadiometricParameter],
+) -> Result<(), DerivativeError> {
+    let (RadiometricParameter::VoxelAbsorption(id) | RadiometricParameter::VoxelScattering(id)) =
+        *parameter
+    else {
+        return Ok(());
+    };
+    let by_label = [
+        RadiometricParameter::Extinction(id),
+        RadiometricParameter::Absorption(id),
+        RadiometricParameter::Scattering(id),
+    ];
+    if by_label.iter().any(|p| parameters.contains(p)) {
+        return Err(DerivativeError::VoxelsAndLabels(
+            scene.medium(id).name.clone(),
+        ));
+    }
+    Ok(())
 }
 
 /// Checks that a surface has derivatives by a colour.
@@ -321,8 +384,9 @@ impl Plan {
         parameters: &[RadiometricParameter],
         channels: usize,
     ) -> Result<Self, DerivativeError> {
-        let media = scene.media().iter().map(|medium| MediumPlan {
-            chart: Chart::of_extinction(medium),
+        let media = scene.media().iter().enumerate();
+        let media = media.map(|(id, medium)| MediumPlan {
+            chart: extinction_chart(scene, id, parameters),
             albedo_chart: Chart::of_albedo(medium),
             emission_chart: Chart::of_emission(medium),
             mean_cosine_chart: Chart::of_mean_cosine(medium),
@@ -350,12 +414,19 @@ impl Plan {
                 return Err(DerivativeError::Twice);
             }
             parameter.check(scene, channels)?;
+            check_voxels(scene, parameter, parameters)?;
             let start = Some(next);
             match *parameter {
                 RadiometricParameter::Extinction(id) => plan.media[id].extinction = start,
                 RadiometricParameter::Albedo(id) => plan.media[id].albedo = start,
-                RadiometricParameter::Absorption(id) => plan.media[id].absorption = start,
-                RadiometricParameter::Scattering(id) => plan.media[id].scattering = start,
+                RadiometricParameter::Absorption(id)
+                | RadiometricParameter::VoxelAbsorption(id) => {
+                    plan.media[id].absorption = start;
+                }
+                RadiometricParameter::Scattering(id)
+                | RadiometricParameter::VoxelScattering(id) => {
+                    plan.media[id].scattering = start;
+                }
                 RadiometricParameter::MeanCosine(id) => plan.media[id].mean_cosine = start,
                 RadiometricParameter::Colour(object, tint) => {
                     let bsdf = &scene.objects()[object].bsdf;
@@ -385,6 +456,8 @@ impl Plan {
             RadiometricParameter::Extinction(id),
             RadiometricParameter::Absorption(id),
             RadiometricParameter::Scattering(id),
+            RadiometricParameter::VoxelAbsorption(id),
+            RadiometricParameter::VoxelScattering(id),
         ];
         let all = parameters.iter().enumerate();
         let asked = all.filter(|(_, parameter)| attenuate.contains(parameter));
