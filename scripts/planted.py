@@ -89,7 +89,7 @@ def outcome(tree: pathlib.Path, error: Planted) -> str:
         cwd=tree,
         capture_output=True,
         text=True,
-        env={**os.environ, "CARGO_TARGET_DIR": str(ROOT / "target" / "planted")},
+        env={**os.environ, "CARGO_TARGET_DIR": str(ROOT / "target" / "planted"), "MORGANA_FULL_SAMPLES": "1"},
     )
     if "test result: FAILED" in run.stdout:
         return "caught"

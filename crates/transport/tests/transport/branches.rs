@@ -5,7 +5,7 @@
 //! search for others with some probability. Their mean must equal the exact sum for any probability
 //! of searching. False-alarm rate: 1e-3 for the file.
 
-use crate::common::{camera, container, fog, parts, vacuum};
+use crate::common::{camera, container, fog, parts, samples, vacuum};
 use eikonal::field::Gaussian;
 use glam::{DAffine3, DVec3};
 use morgana_transport::bsdf::Bsdf;
@@ -18,12 +18,16 @@ use testkit::moments::Moments;
 use testkit::z_test::{max_abs_z, threshold};
 
 const RATE: f64 = 1e-3;
-const CALLS: u64 = 6_000;
 const PAIRS: [[DVec3; 2]; 3] = [
     [DVec3::new(0.1, 0.05, 2.0), DVec3::new(-0.1, 0.02, -2.0)],
     [DVec3::new(0.05, -0.1, 1.6), DVec3::new(0.02, 0.12, -2.2)],
     [DVec3::new(0.0, 0.2, 2.2), DVec3::new(0.1, -0.15, -1.7)],
 ];
+
+/// Number of connections for each pair.
+fn calls() -> u64 {
+    samples(6_000, 2_000)
+}
 
 fn lens([_, y]: [DVec3; 2]) -> Scene {
     let index = Gaussian::new(1.0, 0.5, DVec3::ZERO, 0.3).unwrap();
@@ -45,7 +49,7 @@ fn connect(pair: [DVec3; 2], search: f64, seed: u64, mut each: impl FnMut(u64, &
     let mut ws = Workspace::new(scene.tolerance());
     ws.search = search;
     let vertex = Vertex::end(&Start::point(pair[0], DVec3::Z, 0));
-    for call in 0..CALLS {
+    for call in 0..calls() {
         let mut sampler = Sampler::new(seed, 0, call);
         let sampled = scene.emitters()[0].sample_end(scene.around(), |_| unreachable!(), [0.5; 2]);
         let target = ConnectionTarget::emitter(&scene, 0, sampled.end);
@@ -82,7 +86,7 @@ fn branches_are_summed() {
         let found_for_certain = rays.iter().filter(|r| r.discovery == 1.0);
         let certain: f64 = found_for_certain.map(|r| r.geometry.geometry_term).sum();
         for search in [1.0, 0.25] {
-            let mut sums = vec![0.0; CALLS as usize];
+            let mut sums = vec![0.0; calls() as usize];
             connect(pair, search, 100 + k as u64, |call, connection, weight| {
                 sums[call as usize] += connection.geometry.geometry_term * weight;
             });

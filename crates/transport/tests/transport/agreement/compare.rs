@@ -5,7 +5,7 @@
 //! over the image and over its four quarters.
 
 use crate::agreement::pooled::Pooled;
-use crate::common::{path_tracer, shoot_by};
+use crate::common::{path_tracer, samples, shoot_by};
 use morgana_transport::integrator::{Bdpt, Integrator, ParticleTracer};
 use morgana_transport::render::Rendering;
 use morgana_transport::scene::Parts;
@@ -27,6 +27,10 @@ pub struct Effort {
     pub work: u64,
 }
 
+/// Default runs do the work divided by this number. All the work is done where planted errors are
+/// searched.
+const SHARE: u64 = 3;
+
 /// Samples of the render that measures the work per sample.
 const PROBE: u64 = 4;
 
@@ -45,7 +49,8 @@ impl Effort {
         let stats = shoot_by(integrator, parts.clone(), PROBE, u64::MAX).stats;
         let events = stats.edges + stats.connections.attempts + stats.connections.trials;
         let work = (stats.work.evaluations + 20 * events) / PROBE;
-        (self.work / (self.batches * work.max(1))).clamp(PROBE, 2048)
+        let all = self.work * samples(SHARE, 1) / SHARE;
+        (all / (self.batches * work.max(1))).clamp(PROBE, 2048)
     }
 }
 

@@ -22,6 +22,17 @@ use morgana_transport::volume::VolumeTexture;
 use morgana_transport::{Scene, Spectrum};
 use std::ops::ControlFlow;
 
+/// Returns `full` where planted errors are searched and under `MORGANA_LONG_TESTS`, else `few`. The
+/// environment variable `MORGANA_FULL_SAMPLES` is that of `scripts/planted.py`.
+pub fn samples(full: u64, few: u64) -> u64 {
+    let is_set = |name: &str| std::env::var_os(name).is_some();
+    if is_set("MORGANA_FULL_SAMPLES") || is_set("MORGANA_LONG_TESTS") {
+        full
+    } else {
+        few
+    }
+}
+
 /// A camera at `from` that looks at `to` through a field of view of 40°.
 pub fn camera(from: DVec3, to: DVec3) -> Sensor {
     let dir = (to - from).normalize();
