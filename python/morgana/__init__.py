@@ -21,6 +21,7 @@ from ._estimate import Estimate
 from ._images import Difference, Image, compare, exposure, read, write
 from ._layer import Layer
 from ._mcx import load_mcx
+from ._modulated import Modulated, ModulatedJacobian
 from ._morgana import Field, Ray, Scene, __version__
 from ._parameters import Parameters
 from ._power import Jacobian, Power
@@ -47,6 +48,8 @@ __all__ = [
     "Image",
     "Jacobian",
     "Layer",
+    "Modulated",
+    "ModulatedJacobian",
     "Parameters",
     "Polyline",
     "Power",

@@ -17,7 +17,7 @@ from ._limits import By
 from ._morgana import Scene
 from ._numbers import numbers
 from ._progress import Bar
-from ._regions import Row, by_medium, row_of, rows_of, unique
+from ._regions import VOXELS, Row, added, by_medium, row_of, rows_of, unique
 from ._render import Progress, limits, render
 from ._result import Result
 from ._values import Fields
@@ -111,6 +111,8 @@ def derivatives(
 
     A label has the name of its region in records: ``head: label 2.sigma_a``. ``head: labels 1,
     2.sigma_a`` has a row for each label of a medium of several labels, which share an index.
+    ``head: voxels.sigma_a`` and ``.sigma_s`` have the derivative by each voxel of a volume of
+    labels, (z, y, x).
 
     ``MEDIUM.ior`` is the refractive index of a medium, which may scatter: all samples of n of a
     grid, or all parameters of another field in a row. ``MEDIUM.ior.delta`` is one of its
@@ -203,7 +205,7 @@ def derivatives(
     if others:
         with Bar(scene, wanted["samples"], None, progress) as tick:
             found.update(zip(others, _morgana.differentiate(scene, wanted, by, flat, layered, tick)))
-    return {name: _row(scene, name, found[parameter], of, {})._with(seed) for name, (parameter, of) in requested.items()}
+    return {name: _row(scene, name, added(found, parameters), of, {})._with(seed) for name, (parameters, of) in requested.items()}
 
 
 def jacobian(
@@ -276,8 +278,11 @@ def jacobian(
         found = _morgana.jacobian(scene, wanted, by, readings.index(reading), tick)
     known = dict(zip(names, found))
     # The axes of the reading come first, except channels, which come last.
-    first = {axis: None if edges is None else np.array(edges) for axis, _, edges in dict(scene._readings)[reading] if axis != "channel"}
-    return {name: _row(scene, name, known[parameter], of, first)._with(seed) for name, (parameter, of) in requested.items()}
+    own = [axis for axis in dict(scene._readings)[reading] if axis[0] != "channel"]
+    first = {axis: None if edges is None else np.array(edges) for axis, _, edges, _ in own}
+    items: Dict[str, List[Any]] = {axis: list(of) for axis, _, _, of in own if of is not None}
+    rows = {name: _row(scene, name, added(known, parameters), of, first) for name, (parameters, of) in requested.items()}
+    return {name: row._replace(names={**items, **row.names})._with(seed) for name, row in rows.items()}
 
 
 def _row(scene: Scene, name: str, found: Tuple[Doubles, Doubles], of: Optional[Row], first: Axes) -> Derivative:
@@ -292,7 +297,7 @@ def _axes(scene: Scene, name: str, shape: Tuple[int, ...], first: Axes) -> Tuple
     items."""
     by_index = f"{name}.".find(".ior.") > 0
     count = len(shape) - len(first) - (not by_index)
-    labels = [label for label, row in rows_of(scene).items() if name.startswith(f"{row.medium}.")]
+    labels = [label for label, row in rows_of(scene).items() if VOXELS not in name and name.startswith(f"{row.medium}.")]
     alone = "parameter" if by_index else "label" if (len(labels),) == shape[len(first) : len(first) + 1] else "item"
     own = {0: [], 1: [alone], 2: ["y", "x"], 3: ["z", "y", "x"]}.get(count, [f"axis_{i}" for i in range(count)])
     axes = {**first, **{f"parameter.{axis}" if axis in first else axis: None for axis in own}}
@@ -346,7 +351,7 @@ def _of_picture(scene: Scene, weights: Weights) -> Tuple[List[Doubles], bool]:
 
 def _of_readings(scene: Scene, weights: Weights) -> Tuple[List[Doubles], bool]:
     """Returns the weights of each reading as a flat array, empty for readings without weights."""
-    readings = [(name, tuple(size for _, size, _ in axes)) for name, axes in scene._readings]
+    readings = [(name, tuple(size for _, size, _, _ in axes)) for name, axes in scene._readings]
     if not isinstance(weights, Mapping):
         raise TypeError(f"weights of readings must be a dictionary by names of readings: {', '.join(name for name, _ in readings)}")
     _known(weights, [name for name, _ in readings], NO_READING, "there is none")

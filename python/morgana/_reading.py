@@ -20,6 +20,8 @@ Doubles = NDArray[np.float64]
 
 SPACE = ("x", "y", "z")
 """Axes in space, in the order of the columns of maps."""
+FREQUENCIES = "modulation_frequencies"
+"""Array with the frequencies of modulated light in Hz."""
 UNITS = {"x": "unit", "y": "unit", "z": "unit", "r": "unit", "opl": "unit"}
 """Units of edges."""
 
@@ -31,7 +33,7 @@ class Reading(Estimate):
     Readings compute like NumPy arrays, with their errors: see :class:`Estimate`. Arithmetic with a
     reading, and selection of its bins, return a reading. The names of its axes are ``z``, ``y``,
     ``x``, ``r``, ``opl``, ``cosine``, ``u``, ``v``, ``side``, ``part``, ``order``, ``delay``,
-    ``stokes`` and ``channel``.
+    ``stokes``, ``frequency`` (in Hz) and ``channel``.
 
     Examples
     --------
@@ -113,6 +115,8 @@ class Reading(Estimate):
         statistics = [("error", self.unit, self.error), ("effective", "", self.effective), ("few", "", self.few)]
         arrays += [((f"{name}_{what}", unit, axes), of) for what, unit, of in statistics if of is not None and not np.isnan(of).all()]
         arrays += [((f"{axis}_edges", UNITS.get(axis, ""), [axis]), edges) for axis, edges in self.axes.items() if edges is not None]
+        if "frequency" in self.names:
+            arrays.append(((FREQUENCIES, "Hz", ["frequency"]), np.array(self.names["frequency"])))
         place = self._to_world()
         if place is not None:
             arrays.append((("to_world", "unit", ["row", "column"]), place))
@@ -198,10 +202,12 @@ def edges_of(arrays: Mapping[str, Array], name: str, of: List[str]) -> Dict[str,
 def reading_of(reading: Reading, arrays: Mapping[str, Array], name: str, attributes: Mapping[str, Any]) -> Reading:
     """Returns a reading with the names of its channels, with its place in the world, and with its
     run as the origin. Files have the channels and the seed among their attributes."""
-    names = {"stokes": ["S0", "S1", "S2", "S3"], "channel": str(attributes.get("channels", "")).split()}
+    prefix = "".join(name.rpartition(".")[:2])
+    names: Dict[str, List[Any]] = {"stokes": ["S0", "S1", "S2", "S3"], "channel": str(attributes.get("channels", "")).split()}
+    if f"{prefix}{FREQUENCIES}" in arrays:
+        names["frequency"] = arrays[f"{prefix}{FREQUENCIES}"].values.tolist()
     sizes = dict(zip(reading.axes, reading.mean.shape))
     known = {axis: of for axis, of in names.items() if sizes.get(axis) == len(of)}
-    prefix = "".join(name.rpartition(".")[:2])
     metres = attributes.get(f"{prefix}metres_per_unit")
     place = _axes_to_world(arrays.get(f"{prefix}to_world"), [reading.axes.get(axis) for axis in SPACE])
     named: Reading = reading._replace(names=known, axes_to_world=place, metres_per_unit=None if metres is None else float(metres))

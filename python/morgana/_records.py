@@ -12,6 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 from ._archives import Array, opened
 from ._errors import FileError
 from ._estimate import Origin, own_origin, run_with
+from ._modulated import Modulated, ModulatedJacobian, modulated
+from ._modulated import jacobian as modulated_jacobian
 from ._numbers import chosen, numbers
 from ._pictures import caption, histogram
 from ._power import Jacobian, Power
@@ -219,16 +221,98 @@ class Records(Fields):
         which = chosen(where, len(self.particle))
         particle, weight = self.particle[which], self.weight[which][:, None, :]
         length, scatterings = (of[which][:, :, None] for of in (self.path_length, self.scatterings))
+        known = self._scattering(mu_s)
+        by_mu_a = self._power(particle, -length * weight)
+        by_mu_s = self._power(particle, (scatterings / known - length) * weight)
+        unit = f"{self.unit}*unit" if self.unit else ""
+        return Jacobian(by_mu_a.mean, by_mu_a.error, by_mu_s.mean, by_mu_s.error, list(self.regions), unit)._from(self._origin)
+
+    def _scattering(self, mu_s: Optional[Mapping[str, ArrayLike]]) -> Doubles:
+        """Returns scattering coefficients by region and channel; NaN where they are not given."""
         known = np.full(self.mu_a.shape, np.nan)
         for name, value in (mu_s or {}).items():
             row = self._region(name)
             known[row] = numbers(value, f"the scattering of {name!r}")
             if not np.all(np.isfinite(known[row]) & (known[row] > 0)):
                 raise ValueError(f"the scattering of {name!r} must be finite and positive")
-        by_mu_a = self._power(particle, -length * weight)
-        by_mu_s = self._power(particle, (scatterings / known - length) * weight)
-        unit = f"{self.unit}*unit" if self.unit else ""
-        return Jacobian(by_mu_a.mean, by_mu_a.error, by_mu_s.mean, by_mu_s.error, list(self.regions), unit)._from(self._origin)
+        return known
+
+    def modulated(self, frequencies: ArrayLike, *, metres_per_unit: float, where: Optional[ArrayLike] = None) -> Modulated:
+        """Amplitude and phase of the light of emitters whose power is modulated.
+
+        Light that has travelled the optical path length L lags by 2πf L/c behind the emitter. Its
+        sum over the records has an amplitude and a phase, for each frequency f. The amplitude
+        belongs to emitters whose power is modulated completely; divide it by the power for the
+        depth of modulation.
+
+        Parameters
+        ----------
+        frequencies : array_like
+            Frequencies of the modulation in Hz, > 0, one or more.
+        metres_per_unit : float
+            Length of a scene unit in m: 1e-3 for mm.
+        where : array_like of bool, optional
+            Mask of the records to use, (n,): for instance the records of a detector.
+
+        Returns
+        -------
+        Modulated
+            Amplitude and phase by frequency and channel, with their errors.
+
+        Raises
+        ------
+        ValueError
+            Frequencies or a length that are not positive.
+
+        Examples
+        --------
+        >>> light = records.modulated([100e6, 200e6], metres_per_unit=1e-3)
+        >>> np.degrees(light.phase.mean[:, 0]), np.degrees(light.phase.error[:, 0])
+        """
+        return modulated(self, frequencies, metres_per_unit, chosen(where, len(self.particle)))
+
+    def modulated_jacobian(
+        self,
+        frequencies: ArrayLike,
+        *,
+        metres_per_unit: float,
+        mu_s: Optional[Mapping[str, ArrayLike]] = None,
+        where: Optional[ArrayLike] = None,
+    ) -> ModulatedJacobian:
+        """Derivatives of amplitude and phase of modulated light by the coefficients of the regions.
+
+        They are ratios of sums over the records; the errors take the correlation of the sums into
+        account.
+
+        Parameters
+        ----------
+        frequencies : array_like
+            Frequencies of the modulation in Hz, > 0, one or more.
+        metres_per_unit : float
+            Length of a scene unit in m: 1e-3 for mm.
+        mu_s : mapping, optional
+            Scattering coefficients of regions by name, as in :meth:`jacobian`. Without them,
+            derivatives by μ_s are NaN.
+        where : array_like of bool, optional
+            Mask of the records to use, (n,).
+
+        Returns
+        -------
+        ModulatedJacobian
+            Derivatives of ln A and of the phase by coefficient, region, frequency and channel.
+
+        Raises
+        ------
+        ValueError
+            An unknown region, or a number that is not positive.
+
+        Examples
+        --------
+        >>> rows = records.modulated_jacobian([100e6], metres_per_unit=1e-3)
+        >>> rows.log_amplitude.sel(coefficient="mu_a").mean
+        """
+        which = chosen(where, len(self.particle))
+        return modulated_jacobian(self, frequencies, metres_per_unit, self._scattering(mu_s), which)
 
     def _region(self, name: str) -> int:
         """Returns the row of a region."""

@@ -6,6 +6,7 @@ use crate::numbers::array;
 use crate::scene::Scene;
 use crate::watch::watched;
 use io::Loaded;
+use io::arrays::is_phase;
 use io::assemble::{Instrument, Normalization};
 use numpy::{PyArrayDyn, PyReadonlyArray1};
 use pyo3::exceptions::{PyKeyboardInterrupt, PyMemoryError};
@@ -249,10 +250,11 @@ impl Given {
     fn all(instrument: &Instrument) -> impl Iterator<Item = Given> {
         let per_watt = instrument.normalization == Normalization::PerWatt;
         let per_emitted = per_watt.then_some("readings per watt have");
-        let measured = (0..instrument.meter.readings().len()).map(move |reading| Given {
+        let readings = instrument.meter.readings().into_iter().enumerate();
+        let measured = readings.map(move |(reading, (name, _))| Given {
             reading,
             factor: 1.0,
-            per_emitted,
+            per_emitted: per_emitted.filter(|_| !is_phase(name)),
         });
         let pressure = instrument.gruneisen.map(|gruneisen| Given {
             reading: Instrument::ABSORBED,
@@ -300,7 +302,9 @@ fn changes_power(loaded: &Loaded, parameter: &RadiometricParameter) -> bool {
         RadiometricParameter::Extinction(id)
         | RadiometricParameter::Albedo(id)
         | RadiometricParameter::Absorption(id) => emits(id),
-        RadiometricParameter::Scattering(_)
+        RadiometricParameter::VoxelAbsorption(id) => emits(id),
+        RadiometricParameter::VoxelScattering(_)
+        | RadiometricParameter::Scattering(_)
         | RadiometricParameter::MeanCosine(_)
         | RadiometricParameter::Colour(..)
         | RadiometricParameter::Exposure => false,
@@ -347,12 +351,27 @@ const OF_MEDIA: [(&str, OfMedium); 5] = [
     ("g", RadiometricParameter::MeanCosine),
 ];
 
+/// End of the name of a medium of labels whose voxels have a number each.
+const VOXELS: &str = ".voxels";
+
 /// Returns the parameter with a name such as `smoke.sigma_t`.
 fn parameter(loaded: &Loaded, name: &str) -> PyResult<RadiometricParameter> {
     let (of, what) = name.rsplit_once('.').unwrap_or(("", name));
     let media = || loaded.scene().media().iter().map(|m| m.name.as_str());
     let objects = || loaded.scene().objects().iter().map(|o| o.name.as_str());
     let emitters = || loaded.emitter_names.iter().map(String::as_str);
+    if let Some(medium) = of.strip_suffix(VOXELS) {
+        let medium = only(media(), medium, "medium")?;
+        let parameter = match what {
+            "sigma_a" => Some(RadiometricParameter::VoxelAbsorption(medium)),
+            "sigma_s" => Some(RadiometricParameter::VoxelScattering(medium)),
+            _ => None,
+        };
+        return parameter.ok_or_else(|| {
+            let message = format!("no parameter '{name}': voxels have sigma_a and sigma_s");
+            errors::render(message)
+        });
+    }
     if let Some((_, make)) = OF_MEDIA.iter().find(|(end, _)| *end == what) {
         return Ok(make(only(media(), of, "medium")?));
     }

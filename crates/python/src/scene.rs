@@ -4,6 +4,7 @@ use crate::dict;
 use crate::errors;
 use crate::field::Field;
 use crate::watch;
+use io::arrays::NUMBERED;
 use io::assemble::Instrument;
 use io::diagnostic::lints;
 use io::features::Features;
@@ -22,7 +23,7 @@ use transport::meter::ReadingAxis;
 pub type Recipe<'py> = (Bound<'py, PyAny>, Py<PyAny>);
 
 /// Name of an axis of a reading, its number of bins, and their edges.
-type AxisOfReading = (String, usize, Option<Vec<f64>>);
+type AxisOfReading = (String, usize, Option<Vec<f64>>, Option<Vec<f64>>);
 
 /// Maximum size of all arrays in a description, in bytes, up to which a scene keeps its description
 /// for changes. Larger arrays would double the memory of the scene.
@@ -243,24 +244,28 @@ impl Scene {
         Naming::of(&self.loaded).map_or(Vec::new(), |naming| naming.names().collect())
     }
 
-    /// Names of all readings of the meters, and their axes, each with its number of bins, and with
-    /// their edges if they have positions.
+    /// Names of all readings of the meters, and their axes, each with its number of bins, with
+    /// their edges if they have positions, and with the coordinates of their items if they have
+    /// these instead.
     #[getter]
     fn _readings(&self) -> Vec<(String, Vec<AxisOfReading>)> {
         let (instruments, channels) = (&self.loaded.instruments, self.loaded.channel_names.len());
-        let axis = |axis: &ReadingAxis| {
-            let has_positions = !["side", "part"].contains(&&*axis.name);
-            let edges = has_positions.then(|| axis.edges.clone());
-            (axis.name.to_string(), axis.len(), edges)
-        };
         let of = |instrument: &Instrument| {
+            let frequencies = instrument.meter.frequency_domain();
+            let frequencies = frequencies.map(|domain| domain.hertz().to_vec());
+            let axis = move |axis: &ReadingAxis| {
+                let has_positions = !NUMBERED.contains(&&*axis.name);
+                let edges = has_positions.then(|| axis.edges.clone());
+                let items = frequencies.clone().filter(|_| axis.name == "frequency");
+                (axis.name.to_string(), axis.len(), edges, items)
+            };
             let prefix = match instruments.len() {
                 1 => String::new(),
                 _ => format!("{}.", instrument.name),
             };
             let named = move |(name, axes): (&str, Vec<ReadingAxis>)| {
-                let mut axes: Vec<_> = axes.iter().map(axis).collect();
-                axes.extend((channels > 1).then(|| ("channel".to_owned(), channels, None)));
+                let mut axes: Vec<_> = axes.iter().map(&axis).collect();
+                axes.extend((channels > 1).then(|| ("channel".to_owned(), channels, None, None)));
                 (format!("{prefix}{name}"), axes)
             };
             let mut readings = instrument.meter.readings();

@@ -40,6 +40,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         optical_length: None,
         weight_windows: false,
         sidebands: None,
+        frequency_domain: None,
     });
     let options = MeasureOptions {
         first: 0,

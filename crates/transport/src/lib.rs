@@ -28,7 +28,7 @@ pub mod trace;
 pub use bins::Bins;
 pub use eikonal;
 pub use observe::film::Film;
-pub use observe::{derivative, film, meter, polarization, sidebands, tagging};
+pub use observe::{derivative, film, frequency_domain, meter, polarization, sidebands, tagging};
 pub use optics::{
     Orientation, Spectrum, bsdf, connection_end, emitter, medium, mueller, orientation, phase,
     sampling, sensor, shape, shared, spectrum, texture, volume,

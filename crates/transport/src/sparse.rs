@@ -88,16 +88,6 @@ impl<T: Copy> Sparse<T> {
         self.rest
     }
 
-    /// Returns an element.
-    ///
-    /// # Panics
-    /// If the index is out of bounds.
-    pub(crate) fn get(&self, index: usize) -> T {
-        assert!(index < self.len);
-        let block = self.blocks[index / Self::BLOCK].as_deref();
-        block.map_or(self.rest, |block| block[index % Self::BLOCK])
-    }
-
     /// Returns an element for writing.
     ///
     /// # Panics

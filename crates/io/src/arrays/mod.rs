@@ -17,7 +17,7 @@ mod records;
 mod volume;
 
 pub use quality::Quality;
-pub use readings::{Context, arrays, attributes, list};
+pub use readings::{Context, FREQUENCIES, NUMBERED, arrays, attributes, is_phase, list};
 
 use crate::element::Element;
 use crate::error::{FileError, Problem};

@@ -12,6 +12,12 @@ pub(super) const ERROR: &str = "_error";
 const EFFECTIVE: &str = "_effective";
 const FEW: &str = "_few";
 
+/// Axes of numbered items, which have no edges.
+pub const NUMBERED: [&str; 3] = ["side", "part", "frequency"];
+
+/// Name of the array with the frequencies of modulated light.
+pub const FREQUENCIES: &str = "modulation_frequencies";
+
 /// Name of the attribute with the length of a scene unit in m.
 pub(super) const METRES: &str = "metres_per_unit";
 
@@ -158,6 +164,11 @@ fn emitted(context: &Context) -> Array {
     }
 }
 
+/// Returns true if a reading is a phase, which does not depend on the power of the emitters.
+pub fn is_phase(name: &str) -> bool {
+    ["fluence_phase", "power_phase"].contains(&name)
+}
+
 /// Converts the readings of a meter to arrays.
 struct Scribe<'a> {
     context: &'a Context<'a>,
@@ -187,15 +198,22 @@ impl Scribe<'_> {
     fn reading(&self, reading: &Reading) -> [Array; ARRAYS] {
         let power = self.unit();
         let unit = match &*reading.name {
-            "fluence" | "irradiance" | "fluence_sidebands" | "fluence_correlation" => {
-                format!("{power}/unit^2")
-            }
+            name if is_phase(name) => "rad".into(),
+            "irradiance" => format!("{power}/unit^2"),
+            name if name.starts_with("fluence") => format!("{power}/unit^2"),
             "absorbed" => format!("{power}/unit^3"),
             "optical_moment" => format!("{power}*unit"),
             _ => power.to_owned(),
         };
         let per_watt = self.instrument.normalization == Normalization::PerWatt;
-        self.all(reading, [&reading.name, &unit], per_watt, |c| self.scale(c))
+        let has_power = !is_phase(&reading.name);
+        let scale = |c| if has_power { self.scale(c) } else { 1.0 };
+        self.all(
+            reading,
+            [&reading.name, &unit],
+            per_watt && has_power,
+            scale,
+        )
     }
 
     /// Returns the factor for power readings in a channel.
@@ -306,7 +324,7 @@ impl Scribe<'_> {
         let mut list: Vec<Array> = Vec::new();
         for axis in self.readings.iter().flat_map(|r| &r.axes) {
             let name = format!("{}{}_edges", self.prefix, axis.name);
-            if axis.name == "side" || axis.name == "part" || list.iter().any(|a| a.name == name) {
+            if NUMBERED.contains(&&*axis.name) || list.iter().any(|a| a.name == name) {
                 continue;
             }
             let length = ["x", "y", "z", "r", "opl"].contains(&&*axis.name);
@@ -319,6 +337,15 @@ impl Scribe<'_> {
                 shape: vec![axis.edges.len()],
                 unit: if length { "unit".into() } else { String::new() },
                 data: axis.edges.clone(),
+            });
+        }
+        if let Some(domain) = self.instrument.meter.frequency_domain() {
+            list.push(Array {
+                name: format!("{}{FREQUENCIES}", self.prefix),
+                axes: vec!["frequency".into()],
+                shape: vec![domain.hertz().len()],
+                unit: "Hz".into(),
+                data: domain.hertz().to_vec(),
             });
         }
         if let Meter::Fluence(meter) = &self.instrument.meter {

@@ -4,6 +4,7 @@ use super::channels::Channels;
 use super::context::{Context, MeterPlace};
 use super::described::is_meter;
 use super::film::{self, FilmParts, Layering};
+use super::frequency_domain::frequency_domain;
 use super::instrument::{Gruneisen, Instrument, Normalization};
 use super::sampler::{self, Samples};
 use super::sensor::SensorParts;
@@ -150,6 +151,7 @@ fn instrument(
             let sidebands = q.boolean("tagged");
             let sidebands = sidebands.then(|| tagging::sidebands(&mut q, context.channels));
             let sidebands = sidebands.flatten();
+            let frequency_domain = frequency_domain(&mut q);
             meter = grid(&mut q).map(|(grid, estimator)| {
                 Meter::Fluence(FluenceMeter {
                     grid,
@@ -157,12 +159,14 @@ fn instrument(
                     optical_length: lengths,
                     weight_windows,
                     sidebands,
+                    frequency_domain,
                 })
             });
             q.finish(&[]);
         }
         ("irradiancemeter", Some(place)) => {
             let (tagged, sidebands) = tagged(&mut q, context.channels);
+            metres_per_unit = q.float_if_given("metres_per_unit");
             meter = Some(Meter::Irradiance(IrradianceMeter {
                 positions: positions(place, &context.objects, &mut q),
                 surfaces: place.surfaces.clone(),
@@ -173,6 +177,7 @@ fn instrument(
                 most_records: records(&mut q),
                 tagged,
                 sidebands,
+                frequency_domain: frequency_domain(&mut q),
                 stokes: q.boolean("stokes"),
             }));
             q.finish(&[]);

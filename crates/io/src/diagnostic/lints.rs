@@ -26,6 +26,7 @@ lints! {
     METER_INTEGRATOR: "meter_integrator", "An integrator that meters use only in part.";
     METER_IN_THE_CLEAR: "meter_in_the_clear", "A meter where no medium attenuates light.";
     MISSING_LIGHT: "missing_light", "Light that the integrator does not find.";
+    MODULATION: "modulation", "Modulated light with phases that look like other units, or in media without an index.";
     NARROW_VIEW: "narrow_view", "A field of view that looks like radians.";
     NOT_A_ROTATION: "not_a_rotation", "A transform that changes lengths where only rotations are possible.";
     NO_LIGHT_ENTERS: "no_light_enters", "A medium in an opaque hull.";

@@ -1,7 +1,9 @@
 //! Cameras and meters.
 
 use super::integrator::TAGGED;
-use super::parameter::{TO_WORLD, boolean, float, integer, point, spectrum, text, vector, word};
+use super::parameter::{
+    TO_WORLD, boolean, float, integer, list, point, spectrum, text, vector, word,
+};
 use super::row::{many, one, own_plugin, plugin, role};
 use super::{Parameter, Plugin, Slot};
 use crate::scene::PluginKind::{Film, Medium, Rfilter, Sampler, Sensor, Shape, Texture};
@@ -183,6 +185,10 @@ const READING: &[Parameter] = &[
         false,
         "true to split and terminate particles so that late bins are as accurate as early ones; particles take longer",
     ),
+    list(
+        "modulation_frequencies",
+        "frequencies in Hz at which the power of the emitters is modulated, at most 64; adds amplitude and phase",
+    ),
 ];
 
 const CELLS: &[Parameter] = &[
@@ -211,7 +217,7 @@ const CELLS: &[Parameter] = &[
         .or(1.0),
     float(
         "metres_per_unit",
-        "length of a scene unit in metres, for p0 and for units in files",
+        "length of a scene unit in metres, for p0, modulation_frequencies and units in files",
     )
     .positive()
     .or(1.0),
@@ -248,6 +254,11 @@ const SURFACE: &[Parameter] = &[
         false,
         "true to measure the Stokes parameters of power and records",
     ),
+    float(
+        "metres_per_unit",
+        "length of a scene unit in metres; required with modulation_frequencies",
+    )
+    .positive(),
 ];
 
 const TAGS: &[Parameter] = &[boolean(

@@ -178,6 +178,63 @@ fn mistakes_are_named() {
     );
 }
 
+#[test]
+fn frequencies_of_modulated_light_are_checked() {
+    let with = |hertz: &str, metres: &str| {
+        let frequencies =
+            format!("<string name=\"modulation_frequencies\" value=\"{hertz}\"/>{metres}");
+        fluence(&frequencies)
+    };
+    let metres = r#"<float name="metres_per_unit" value="1e-3"/>"#;
+    refused("", &with("100e6", ""), "needs 'metres_per_unit'");
+    let inside = r#"<sensor type="irradiancemeter"><string name="modulation_frequencies" value="1e8"/></sensor>"#;
+    refused(inside, "", "needs 'metres_per_unit'");
+    for hertz in [
+        "",
+        "-1e8",
+        "0",
+        "2e8, 1e8",
+        "1e8, 1e8",
+        &["1e8"; 65].join(" "),
+    ] {
+        refused("", &with(hertz, metres), "1 to 64 frequencies in Hz");
+    }
+    refused("", &with("100 MHz", metres), "is a list of numbers");
+    let metres_of_zero = r#"<float name="metres_per_unit" value="0"/>"#;
+    refused("", &with("1e8", metres_of_zero), "metres_per_unit");
+    warned(&scene("", &with("100", metres)), "write 100e6 for 100 MHz");
+    // The ball has no index of its own.
+    warned(
+        &scene("", &with("1e8", metres)),
+        "phases of modulated light are those of vacuum",
+    );
+}
+
+/// A phase has its own unit and no normalisation. Amplitude and phase are those of their parts.
+#[test]
+fn modulated_light_has_amplitude_and_phase() {
+    let more = r#"<string name="modulation_frequencies" value="1e8 2e8"/><float name="metres_per_unit" value="0.1"/>"#;
+    let loaded = load(&scene("", &fluence(more))).unwrap();
+    let measurement = run(&loaded, 500);
+    let arrays = readings(&loaded, &measurement);
+    assert_eq!(array(&arrays, "modulation_frequencies").data, [1e8, 2e8]);
+    let parts = ["in_phase", "quadrature", "amplitude", "phase"]
+        .map(|part| array(&arrays, &format!("fluence_{part}")));
+    let units = parts.map(|part| part.unit.as_str());
+    assert_eq!(units, ["W/unit^2", "W/unit^2", "W/unit^2", "rad"]);
+    for part in parts {
+        assert_eq!(part.shape, [2, 4, 3, 2]);
+        assert_eq!(part.axes.join(" "), "frequency z y x");
+    }
+    let [in_phase, quadrature, amplitude, phase] = parts.map(|part| &part.data);
+    for i in 0..amplitude.len() {
+        let (x, y) = (in_phase[i], quadrature[i]);
+        assert!((amplitude[i] - x.hypot(y)).abs() < 1e-12);
+        assert!((phase[i] - y.atan2(x)).abs() < 1e-12);
+    }
+    assert!(arrays.list.iter().all(|a| a.name != "frequency_edges"));
+}
+
 /// A sampler that does not mention the sound adopts the settings of the others.
 #[test]
 fn samplers_of_meters_agree_on_the_sound() {

@@ -35,6 +35,8 @@ fn run(scene: &Value, seed: u64, max_depth: Option<u32>) -> Measurement {
 struct Kind {
     refraction: bool,
     gates: bool,
+    /// True for modulated light.
+    modulated: bool,
     /// True for a black ball inside, and a disc that measures outgoing light.
     others: bool,
     max_depth: Option<u32>,
@@ -93,6 +95,10 @@ fn random_scene(rng: &mut Rng, kind: Kind) -> Value {
         }
         scene["cells"]["weight_windows"] = json!(true);
     }
+    if kind.modulated {
+        scene["cells"]["modulation_frequencies"] = json!([1e8, 5e8]);
+        scene["cells"]["metres_per_unit"] = json!(0.01);
+    }
     if kind.others {
         scene["ball"] = json!({
             "type": "sphere", "bsdf": {"type": "diffuse", "reflectance": 0.2},
@@ -137,7 +143,7 @@ fn differences(a: &Measurement, b: &Measurement) -> Vec<(String, f64)> {
     zs
 }
 
-/// Varies the sides of voxels, refraction, gates, other surfaces and a largest depth.
+/// Varies the sides of voxels, refraction, gates, modulation, other surfaces and a largest depth.
 #[test]
 fn walks_through_voxels_agree_with_walks_by_edges() {
     let mut rng = Rng::new(26);
@@ -146,6 +152,7 @@ fn walks_through_voxels_agree_with_walks_by_edges() {
         let kind = Kind {
             refraction: number % 2 == 0,
             gates: number % 3 == 1,
+            modulated: number % 4 == 1,
             others: number % 4 >= 2,
             max_depth: (number % 5 == 4).then_some(9),
         };

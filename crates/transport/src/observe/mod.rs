@@ -3,6 +3,7 @@
 pub mod derivative;
 pub mod film;
 pub(crate) mod fold;
+pub mod frequency_domain;
 pub mod meter;
 pub mod polarization;
 pub mod sidebands;

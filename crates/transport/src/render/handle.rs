@@ -53,6 +53,14 @@ impl Handle {
         self.stop.is_raised()
     }
 
+    /// Creates a handle for work that ends with this one, and whose samples do not count.
+    pub(super) fn uncounted(&self) -> Handle {
+        Handle {
+            stop: self.stop.clone(),
+            ..Handle::default()
+        }
+    }
+
     /// Returns the flag that running work checks.
     pub(super) fn stop(&self) -> &Stop {
         &self.stop

@@ -178,6 +178,7 @@ fn fluence(scene: Scene, particles: u64, seed: u64) -> Vec<(f64, f64)> {
         optical_length: None,
         weight_windows: false,
         sidebands: None,
+        frequency_domain: None,
     });
     let options = MeasureOptions {
         first: 0,

@@ -251,6 +251,7 @@ fn measurements_in_parts_are_the_whole() {
         optical_length: None,
         weight_windows: false,
         sidebands: None,
+        frequency_domain: None,
     })];
     let options = |first, particles| MeasureOptions {
         first,

@@ -5,6 +5,7 @@ mod coverage;
 mod differences;
 mod entry;
 mod extinction_units;
+mod modulation;
 mod non_terminating;
 mod overlaps;
 mod radians;
@@ -40,6 +41,7 @@ pub(super) fn warnings(
         }
     }
     warnings.extend(extinction_units::warnings(scene, &warnings));
+    warnings.extend(modulation::warning(scene, instruments));
     warnings.extend(instruments.iter().filter_map(|i| i.warning(scene)));
     warnings
 }

@@ -9,6 +9,7 @@ use super::recorder::{Beyond, passing};
 use super::{Estimator, FluenceMeter, Meter, Setup};
 use crate::Spectrum;
 use crate::derivative::{Sums, Tape};
+use crate::frequency_domain::FrequencyDomain;
 use crate::path::{End, Observer, WalkEvent, Workspace};
 use crate::sampling::Sampler;
 use crate::scene::MediumId;
@@ -53,8 +54,12 @@ struct Absorbed {
 
 /// Estimate of ∫ power ds in a cell.
 struct Track<'e> {
-    /// Cell of the fluence among the cells of all meters, and cell of the absorbed power.
-    cells: [usize; 2],
+    /// Cell of the fluence among the cells of all meters, and distance between the cells of its
+    /// quantities.
+    cell: usize,
+    distance: usize,
+    /// Frequencies of modulated fluence, and the optical path length from the emitter.
+    modulated: Option<(&'e FrequencyDomain, f64)>,
     /// Arc from the end of the tape to the point, up to θ, if the point lies beyond the tape.
     beyond: Option<(&'e Arc, f64)>,
     medium: MediumId,
@@ -190,13 +195,20 @@ impl TapeRecorder<'_> {
         let (arc, medium) = (&flight.span.arc, flight.span.medium);
         let mut cuts = std::mem::take(&mut self.notes.cuts);
         meter.pieces_of(flight, &mut cuts, |cell, piece| {
-            let cells = [first + cell, first + meter.cells() + cell];
-            if cells.iter().all(|c| self.wanted.of_cell(*c).is_none()) {
+            let (cell, distance) = (first + cell, meter.cells());
+            let mut cells = (0..meter.rows()).map(|k| cell + k * distance);
+            if cells.all(|c| self.wanted.of_cell(c).is_none()) {
                 return;
             }
             let (theta, path) = piece.power(flight, &mut self.sampler);
+            let optical_length = || flight.optical_length + arc.optical_length(theta);
             self.leave(&Track {
-                cells,
+                cell,
+                distance,
+                modulated: meter
+                    .frequency_domain
+                    .as_ref()
+                    .map(|domain| (domain, optical_length())),
                 beyond: Some((arc, theta)),
                 medium,
                 x: arc.position(theta),
@@ -211,7 +223,12 @@ impl TapeRecorder<'_> {
     fn collide(&mut self, collision: &Collision, meter: &FluenceMeter, first: usize) {
         if let Some(cell) = meter.cell_of(collision) {
             self.leave(&Track {
-                cells: [first + cell, first + meter.cells() + cell],
+                cell: first + cell,
+                distance: meter.cells(),
+                modulated: meter
+                    .frequency_domain
+                    .as_ref()
+                    .map(|domain| (domain, collision.optical_length)),
                 beyond: None,
                 medium: collision.point.medium,
                 x: collision.point.x,
@@ -223,9 +240,19 @@ impl TapeRecorder<'_> {
 
     /// Records the scores of a track: its length, and the power absorbed along it.
     fn leave(&mut self, track: &Track) {
-        let [fluence, absorbed] = track.cells.map(|cell| self.wanted.of_cell(cell));
+        let of_cell = |k: usize| self.wanted.of_cell(track.cell + k * track.distance);
+        let [fluence, absorbed] = [0, 1].map(of_cell);
         if let Some((row, weights)) = fluence {
             self.contribute(row, track.path * weights, track);
+        }
+        if let Some((domain, optical_length)) = track.modulated {
+            for (k, factor) in domain.factors(optical_length).into_iter().enumerate() {
+                if let Some((row, weights)) =
+                    self.wanted.of_cell(track.cell + (2 + k) * track.distance)
+                {
+                    self.contribute(row, track.path * weights * factor, track);
+                }
+            }
         }
         if let Some((row, weights)) = absorbed {
             let per_absorption = track.path * weights;
@@ -273,7 +300,7 @@ impl TapeRecorder<'_> {
         let mut first = 0;
         for meter in self.meters {
             if let Meter::Irradiance(meter) = meter {
-                meter.scores(passing, |cell, power| {
+                meter.all_scores(passing, |cell, power| {
                     if let Some((row, weights)) = self.wanted.of_cell(first + cell) {
                         let value = power * weights;
                         self.notes.contribute(row, value);

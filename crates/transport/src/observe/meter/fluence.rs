@@ -10,15 +10,17 @@
 use super::dwell::Dwell;
 use super::flight::{Collision, Flight, FreeLeg};
 use super::grid::{Coordinates, MeterGrid};
-use super::reading::{Quantity, ReadingAxis};
+use super::reading::{Quantity, ReadingAxis, Value};
 use super::tagging::Tagging;
 use super::tally::Scores;
+use crate::frequency_domain::{Factors, FrequencyDomain};
 use crate::path::FreeFlightEvent;
 use crate::sampling::Sampler;
 use crate::sidebands::Sidebands;
 use crate::{Bins, Spectrum};
 use eikonal::ray::Arc;
 use glam::{DVec2, DVec3};
+use smallvec::{SmallVec, smallvec};
 
 /// Estimator of fluence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,6 +47,8 @@ pub struct FluenceMeter {
     /// Sidebands into which the meter separates fluence by the phase shift from sound; `None` if it
     /// does not.
     pub sidebands: Option<Sidebands>,
+    /// Frequencies at which the meter measures modulated fluence; `None` if it does not.
+    pub frequency_domain: Option<FrequencyDomain>,
 }
 
 /// Cuts of one arc; storage that is reused.
@@ -60,7 +64,22 @@ impl FluenceMeter {
     /// Returns the number of cells of all quantities.
     pub(super) fn slots(&self) -> usize {
         let parts = self.sidebands.map_or(0, |sidebands| sidebands.parts());
-        self.cells().saturating_mul(2 + parts)
+        self.cells().saturating_mul(self.rows() + parts)
+    }
+
+    /// Returns the number of cells of readings whose sums are kept for other readings.
+    pub(super) fn cells_read_twice(&self) -> usize {
+        match &self.frequency_domain {
+            Some(domain) => self.cells().saturating_mul(1 + domain.parts()),
+            None => 0,
+        }
+    }
+
+    /// Returns the number of values that a cell always receives together: fluence, absorbed power,
+    /// and the parts of modulated fluence.
+    pub(super) fn rows(&self) -> usize {
+        let frequencies = self.frequency_domain.as_ref();
+        2 + frequencies.map_or(0, FrequencyDomain::parts)
     }
 
     /// Returns the quantities, in the order of slots.
@@ -82,13 +101,24 @@ impl FluenceMeter {
             axes: axes.clone(),
             first,
             measures: volumes.clone(),
-            signed_after: None,
+            unsigned: None,
+            value: Value::Mean,
         };
         let cells = self.cells();
         let mut quantities = vec![quantity("fluence", 0), quantity("absorbed", cells)];
+        if let Some(domain) = &self.frequency_domain {
+            let names = [
+                "fluence_in_phase",
+                "fluence_quadrature",
+                "fluence_amplitude",
+                "fluence_phase",
+            ];
+            let parts = quantity("fluence", 2 * cells);
+            quantities.extend(parts.of_frequencies(domain, names, 0));
+        }
         if let Some(sidebands) = &self.sidebands {
             let names = ["fluence_sidebands", "fluence_correlation"];
-            let parts = quantity("fluence", 2 * cells);
+            let parts = quantity("fluence", self.rows() * cells);
             quantities.extend(parts.of_parts(sidebands, names));
         }
         quantities
@@ -103,9 +133,28 @@ impl FluenceMeter {
         Some(bin * self.grid.cells() + self.grid.cell(x)?)
     }
 
+    /// Adds fluence and absorbed power to a cell. `factors` computes the factors of the parts of
+    /// modulated fluence.
     #[inline]
-    fn score(&self, cell: usize, [fluence, absorbed]: [Spectrum; 2], scores: &mut Slots) {
-        scores.add_both([cell, self.cells() + cell], [fluence, absorbed]);
+    fn score(
+        &self,
+        cell: usize,
+        [fluence, absorbed]: [Spectrum; 2],
+        factors: impl FnOnce(&FrequencyDomain) -> Factors,
+        slots: &mut Slots,
+    ) {
+        let Some(domain) = &self.frequency_domain else {
+            for c in 0..slots.channels {
+                slots.add_row(cell, self.cells(), c, &[fluence[c], absorbed[c]]);
+            }
+            return;
+        };
+        let factors = factors(domain);
+        for c in 0..slots.channels {
+            let mut row: SmallVec<[f64; 8]> = smallvec![fluence[c], absorbed[c]];
+            row.extend(factors.iter().map(|factor| fluence[c] * factor));
+            slots.add_row(cell, self.cells(), c, &row);
+        }
     }
 
     /// Adds the parts of the fluence in a cell. `modulation` computes the fluence's modulation from
@@ -143,7 +192,7 @@ impl FluenceMeter {
         if let Some(sidebands) = &self.sidebands {
             let cells = self.cells();
             let parts = PartSlots {
-                first: 2 * cells + dwell.cell,
+                first: self.rows() * cells + dwell.cell,
                 stride: cells,
             };
             slots.add_parts(parts, dwell.fluence, &sidebands.shares(dwell.modulation));
@@ -182,7 +231,17 @@ impl FluenceMeter {
                     (Some(theta), [fluence, absorbed])
                 }
             };
-            self.score(cell, values, slots);
+            let (arc, start) = (&flight.span.arc, flight.optical_length);
+            let optical_length = |theta| start + arc.optical_length(theta);
+            let factors = |domain: &FrequencyDomain| match theta {
+                Some(theta) => domain.factors(optical_length(theta)),
+                None if arc.is_straight() => {
+                    domain.factors_between(piece.theta.map(optical_length))
+                }
+                // The optical length of a curved arc is not linear in its length.
+                None => domain.factors(optical_length(piece.place(arc, sampler.next_1d()))),
+            };
+            self.score(cell, values, factors, slots);
             if let Some(tagging) = tagged {
                 let place = |u| theta.unwrap_or_else(|| piece.place(&flight.span.arc, u));
                 let modulation = |u| tagging.until(place(u));
@@ -232,7 +291,12 @@ impl FluenceMeter {
         };
         let mut see = |cell, piece: Piece| {
             let fluence = free.power * piece.length();
-            self.score(cell, [fluence, fluence * matter.absorption], slots);
+            let values = [fluence, fluence * matter.absorption];
+            let [before, after] = free.optical_length;
+            let optical_length = |theta| before + (after - before) * theta;
+            let factors =
+                |domain: &FrequencyDomain| domain.factors_between(piece.theta.map(optical_length));
+            self.score(cell, values, factors, slots);
             if let Some(tagging) = tagged {
                 let modulation = |u| tagging.until(piece.place_on_line(u));
                 let u = sampler.next_1d();
@@ -260,7 +324,8 @@ impl FluenceMeter {
         let matter = flight.last().matter;
         if let Some(cell) = self.locate(flight.end(), event.optical_length) {
             let fluence = power / matter.extinction[flight.channel];
-            self.score_collision(cell, [fluence, fluence * matter.absorption], scoring);
+            let values = [fluence, fluence * matter.absorption];
+            self.score_collision(cell, values, event.optical_length, scoring);
         }
     }
 
@@ -355,12 +420,20 @@ impl FluenceMeter {
         }
         // Score w/σ_t, eq. (track lengths and collisions).
         if let Some(cell) = self.cell_of(collision) {
-            self.score_collision(cell, [collision.path, collision.absorbed()], scoring);
+            let values = [collision.path, collision.absorbed()];
+            self.score_collision(cell, values, collision.optical_length, scoring);
         }
     }
 
-    fn score_collision(&self, cell: usize, values: [Spectrum; 2], scoring: &mut Scoring) {
-        self.score(cell, values, &mut scoring.slots);
+    fn score_collision(
+        &self,
+        cell: usize,
+        values: [Spectrum; 2],
+        optical_length: f64,
+        scoring: &mut Scoring,
+    ) {
+        let factors = |domain: &FrequencyDomain| domain.factors(optical_length);
+        self.score(cell, values, factors, &mut scoring.slots);
         if let Some(tagging) = self.tagged(scoring.tagging) {
             let Scoring {
                 slots,
@@ -477,22 +550,19 @@ impl Slots<'_> {
 
     /// Adds a value, times the fraction of each part, to the cells of its parts.
     pub(super) fn add_parts(&mut self, cells: PartSlots, value: Spectrum, shares: &[f64]) {
-        let mut cell = cells.first;
-        for shares in shares.chunks(2) {
-            match shares {
-                [a, b] => self.add_both([cell, cell + cells.stride], [value * *a, value * *b]),
-                shares => shares.iter().for_each(|a| self.add(cell, value * *a)),
-            }
-            cell += 2 * cells.stride;
+        let PartSlots { first, stride } = cells;
+        let parts = |c| shares.iter().map(|share| value[c] * share).collect();
+        for c in 0..self.channels {
+            let values: SmallVec<[f64; 8]> = parts(c);
+            self.add_row(first, stride, c, &values);
         }
     }
 
-    /// Adds values to two cells that always receive values together.
+    /// Adds values in one channel to the cells `first`, `first` + `stride`, and so on, which always
+    /// receive values together.
     #[inline]
-    fn add_both(&mut self, cells: [usize; 2], values: [Spectrum; 2]) {
-        for c in 0..self.channels {
-            let slots = cells.map(|cell| self.first + cell * self.channels + c);
-            self.scores.add_both(slots, values.map(|value| value[c]));
-        }
+    fn add_row(&mut self, first: usize, stride: usize, channel: usize, values: &[f64]) {
+        let slot = self.first + first * self.channels + channel;
+        self.scores.add_row(slot, stride * self.channels, values);
     }
 }

@@ -1,6 +1,7 @@
 //! Linear functionals of readings, whose derivatives are computed: one weighted sum over all
-//! readings, or each bin of one reading.
+//! readings, or each bin of one reading. Amplitudes and phases are linear near measured values.
 
+use super::reading::{Quantity, Reading};
 use super::{Meter, Setup};
 use crate::Spectrum;
 
@@ -17,8 +18,13 @@ pub(crate) struct Functionals {
 enum Rows {
     /// All cells belong to a single functional.
     One,
-    /// Each cell of a reading has its own functional.
-    Each { first: usize, count: usize },
+    /// Each bin of a reading has its own functional. `distance` is the distance of its second cell
+    /// from its first, 0 if it has one cell.
+    Each {
+        first: usize,
+        count: usize,
+        distance: usize,
+    },
 }
 
 impl Functionals {
@@ -35,7 +41,14 @@ impl Functionals {
     pub(super) fn of_cell(&self, cell: usize) -> Option<(usize, Spectrum)> {
         let row = match self.rows {
             Rows::One => 0,
-            Rows::Each { first, count } => cell.checked_sub(first).filter(|row| *row < count)?,
+            Rows::Each {
+                first,
+                count,
+                distance,
+            } => {
+                let of = |start: usize| cell.checked_sub(start).filter(|row| *row < count);
+                of(first).or_else(|| of(first + distance))?
+            }
         };
         let mut weights = Spectrum::ZERO;
         let slots = &self.weights[cell * self.channels..][..self.channels];
@@ -44,29 +57,64 @@ impl Functionals {
     }
 }
 
+/// Measured readings, near which amplitudes and phases are linear.
+#[derive(Clone, Copy)]
+pub(crate) struct Near<'a> {
+    /// Readings of each meter, with all channels; `None` if only sums of scores are wanted.
+    pub readings: Option<&'a [Vec<Reading>]>,
+    /// First channel of the setup.
+    pub first_channel: usize,
+    /// Number of all channels.
+    pub channels: usize,
+}
+
+/// Reading of a meter as a linear function of the cells of all meters.
+struct Linear<'a> {
+    quantity: Quantity,
+    /// Index of the quantity's first cell among the cells of all meters.
+    first: usize,
+    /// Readings of the in-phase and the quadrature part, for amplitudes and phases.
+    parts: Option<[&'a Reading; 2]>,
+    near: Near<'a>,
+}
+
+impl Linear<'_> {
+    /// Calls `see` with each cell of a bin, and the derivative of the bin's value in a channel by
+    /// the mean of this cell.
+    fn derivatives(&self, bin: usize, channel: usize, mut see: impl FnMut(usize, f64)) {
+        let quantity = &self.quantity;
+        let slot = bin * self.near.channels + self.near.first_channel + channel;
+        let mean = |part: &Reading| part.mean[slot] * quantity.measure(bin);
+        let parts = || self.parts.map_or([0.0; 2], |parts| parts.map(mean));
+        let by = quantity.derivatives(parts);
+        see(self.first + bin, by[0] / quantity.divisor(bin));
+        if quantity.distance() > 0 {
+            see(
+                self.first + quantity.distance() + bin,
+                by[1] / quantity.divisor(bin),
+            );
+        }
+    }
+}
+
 impl Setup<'_> {
     /// Creates the functional Σ weight × reading. Weights are given for each meter and each of its
-    /// [readings](Meter::readings), in the layout of its means with `all` channels. The setup's
-    /// channels start at `first_channel`. An empty list leaves the reading out.
-    pub(crate) fn weighted(
-        &self,
-        weights: &[Vec<Vec<f64>>],
-        first_channel: usize,
-        all: usize,
-    ) -> Functionals {
+    /// [readings](Meter::readings), in the layout of its means. An empty list leaves the reading
+    /// out.
+    pub(crate) fn weighted(&self, weights: &[Vec<Vec<f64>>], near: Near) -> Functionals {
         let mut slots = vec![0.0; self.slots()];
-        let mut first = 0;
-        for (meter, weights) in self.meters.iter().zip(weights) {
-            for (quantity, weights) in meter.quantities().iter().zip(weights) {
-                for (cell, weights) in weights.chunks(all).enumerate() {
-                    let measure = quantity.measures[cell % quantity.measures.len()];
+        for (meter, weights) in weights.iter().enumerate() {
+            for (reading, weights) in weights.iter().enumerate() {
+                let linear = self.linear(meter, reading, near);
+                for (bin, weights) in weights.chunks(near.channels).enumerate() {
                     for c in 0..self.channels {
-                        let slot = first + (quantity.first + cell) * self.channels + c;
-                        slots[slot] += weights[first_channel + c] / measure;
+                        let weight = weights[near.first_channel + c];
+                        linear.derivatives(bin, c, |cell, derivative| {
+                            slots[cell * self.channels + c] += weight * derivative;
+                        });
                     }
                 }
             }
-            first += meter.cells() * self.channels;
         }
         Functionals {
             weights: slots,
@@ -76,21 +124,49 @@ impl Setup<'_> {
     }
 
     /// Creates one functional for each bin of a meter's reading, channel by channel.
-    pub(crate) fn each_bin(&self, meter: usize, reading: usize) -> Functionals {
-        let before: usize = self.meters[..meter].iter().map(Meter::cells).sum();
-        let quantity = &self.meters[meter].quantities()[reading];
-        let (first, count) = (before + quantity.first, quantity.cells());
+    pub(crate) fn each_bin(&self, meter: usize, reading: usize, near: Near) -> Functionals {
+        let linear = self.linear(meter, reading, near);
         let mut weights = vec![0.0; self.slots()];
-        let slots = weights[first * self.channels..].chunks_mut(self.channels);
-        for (cell, slots) in slots.take(count).enumerate() {
-            // Planted error "rows of Jacobians without the measure of their bins", found by morgana-transport/transport::meters::derivatives::derivatives_of_fluence_are_differences:
-            // slots.fill(1.0); let _ = cell;
-            slots.fill(1.0 / quantity.measures[cell % quantity.measures.len()]);
+        for bin in 0..linear.quantity.cells() {
+            for c in 0..self.channels {
+                linear.derivatives(bin, c, |cell, derivative| {
+                    // Planted error "rows of Jacobians without the measure of their bins", found by morgana-transport/transport::meters::derivatives::derivatives_of_fluence_are_differences:
+                    // weights[cell * self.channels + c] = derivative.signum();
+                    weights[cell * self.channels + c] = derivative;
+                });
+            }
         }
         Functionals {
             weights,
             channels: self.channels,
-            rows: Rows::Each { first, count },
+            rows: Rows::Each {
+                first: linear.first,
+                count: linear.quantity.cells(),
+                distance: linear.quantity.distance(),
+            },
+        }
+    }
+
+    fn linear<'n>(&self, meter: usize, reading: usize, near: Near<'n>) -> Linear<'n> {
+        let before: usize = self.meters[..meter].iter().map(Meter::cells).sum();
+        let mut quantities = self.meters[meter].quantities();
+        let of = |readings: &'n [Vec<Reading>]| {
+            let [own, distance] = [quantities[reading].first, quantities[reading].distance()];
+            [own, own + distance].map(|first| {
+                let mut all = quantities.iter().zip(&readings[meter]);
+                all.find(|(q, _)| q.is_linear() && q.first == first)
+            })
+        };
+        let parts = match near.readings.map(of) {
+            Some([Some((_, in_phase)), Some((_, quadrature))]) => Some([in_phase, quadrature]),
+            _ => None,
+        };
+        let quantity = quantities.swap_remove(reading);
+        Linear {
+            first: before + quantity.first,
+            quantity,
+            parts,
+            near,
         }
     }
 }

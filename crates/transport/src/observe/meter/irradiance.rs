@@ -4,7 +4,8 @@ use super::acceptance::Acceptance;
 use super::flight::Passing;
 use super::fluence::{PartSlots, Slots};
 use super::positions::Positions;
-use super::reading::{Quantity, ReadingAxis};
+use super::reading::{Quantity, ReadingAxis, Value};
+use crate::frequency_domain::{Factors, FrequencyDomain};
 use crate::mueller::STOKES_PARAMETERS;
 use crate::scene::VoxelVolume;
 use crate::sidebands::Sidebands;
@@ -45,6 +46,8 @@ pub struct IrradianceMeter {
     /// Sidebands into which the meter separates power by the phase shift from sound; `None` if it
     /// does not.
     pub sidebands: Option<Sidebands>,
+    /// Frequencies at which the meter measures modulated power; `None` if it does not.
+    pub frequency_domain: Option<FrequencyDomain>,
     /// True if the meter measures the [Stokes parameters](crate::polarization) of light. The first
     /// axis of their frame is perpendicular to the direction of the light and to the [y
     /// axis](crate::shape::Shape::y_axis) of the shape.
@@ -103,6 +106,7 @@ impl IrradianceMeter {
             most_records: None,
             tagged: false,
             sidebands: None,
+            frequency_domain: None,
             stokes: false,
         }
     }
@@ -116,17 +120,26 @@ impl IrradianceMeter {
             .saturating_mul(self.positions.bins())
     }
 
-    /// Returns the number of cells from which both the binned power and the irradiance are read.
+    /// Returns the number of cells of readings whose sums are kept for other readings: of the
+    /// binned power, and of modulated light.
     pub(super) fn cells_read_twice(&self) -> usize {
-        self.bins().saturating_mul(2)
+        let frequencies = self.frequency_domain.as_ref();
+        let modulated = frequencies.map_or(0, FrequencyDomain::parts);
+        self.bins().saturating_mul(2 * (1 + modulated))
     }
 
     /// Returns the number of cells.
     pub(super) fn slots(&self) -> usize {
-        let stokes = if self.stokes { STOKES_PARAMETERS } else { 0 };
+        let frequencies = self.frequency_domain.as_ref();
+        let modulated = frequencies.map_or(0, FrequencyDomain::parts);
         let both = self.bins().saturating_mul(2);
-        both.saturating_mul(1 + self.parts() + stokes)
+        both.saturating_mul(1 + self.parts() + self.stokes_parameters() + modulated)
             .saturating_add(TOTALS)
+    }
+
+    /// Returns the number of Stokes parameters that are measured.
+    fn stokes_parameters(&self) -> usize {
+        if self.stokes { STOKES_PARAMETERS } else { 0 }
     }
 
     /// Returns the number of parts into which sound separates power.
@@ -155,7 +168,8 @@ impl IrradianceMeter {
             axes: axes.to_vec(),
             first,
             measures: measures.to_vec(),
-            signed_after: None,
+            unsigned: None,
+            value: Value::Mean,
         };
         let mut quantities = vec![
             quantity("power", std::slice::from_ref(&side), 0, &[1.0]),
@@ -176,16 +190,23 @@ impl IrradianceMeter {
             let parts = quantity("power", &axes, TOTALS + 2 * self.bins(), &[1.0]);
             quantities.extend(parts.of_parts(sidebands, names));
         }
+        let both = 2 * self.bins();
+        if let Some(domain) = &self.frequency_domain {
+            let names = [
+                "power_in_phase",
+                "power_quadrature",
+                "power_amplitude",
+                "power_phase",
+            ];
+            let first = TOTALS + both * (1 + self.parts() + self.stokes_parameters());
+            let parts = quantity("power", &axes, first, &[1.0]);
+            quantities.extend(parts.of_frequencies(domain, names, TOTALS));
+        }
         if self.stokes {
-            let parameters = Bins {
-                min: 0.0,
-                max: STOKES_PARAMETERS as f64,
-                count: STOKES_PARAMETERS,
-            };
-            axes.insert(0, ReadingAxis::new("stokes", &parameters));
-            let first = TOTALS + 2 * self.bins() * (1 + self.parts());
+            axes.insert(0, ReadingAxis::numbers("stokes", STOKES_PARAMETERS));
+            let first = TOTALS + both * (1 + self.parts());
             quantities.push(Quantity {
-                signed_after: Some(2 * self.bins()),
+                unsigned: Some(TOTALS..TOTALS + both),
                 ..quantity("power_stokes", &axes, first, &[1.0])
             });
         }
@@ -222,6 +243,9 @@ impl IrradianceMeter {
                     slots.add(first + k * both, power * *parameter);
                 }
             }
+            if let Some((parts, factors)) = self.modulated(cell, passing.optical_length) {
+                slots.add_parts(parts, power, &factors);
+            }
         })
     }
 
@@ -230,6 +254,30 @@ impl IrradianceMeter {
         let at = |surface: &&MeterSurface| surface.object == passing.object;
         let surface = self.surfaces.iter().find(at)?;
         self.acceptance.accepts(passing).then_some(surface)
+    }
+
+    /// Returns the cells of the parts of modulated light in a bin, and the factors of the parts.
+    /// Returns `None` for totals, and if the meter measures no modulated light.
+    fn modulated(&self, cell: usize, optical_length: f64) -> Option<(PartSlots, Factors)> {
+        let domain = self.frequency_domain.as_ref().filter(|_| cell >= TOTALS)?;
+        let both = 2 * self.bins();
+        let parts = PartSlots {
+            first: both * (1 + self.parts() + self.stokes_parameters()) + cell,
+            stride: both,
+        };
+        Some((parts, domain.factors(optical_length)))
+    }
+
+    /// Calls `score` like [`scores`](Self::scores), and with the parts of modulated light.
+    pub(super) fn all_scores(&self, passing: &Passing, mut score: impl FnMut(usize, Spectrum)) {
+        self.scores(passing, |cell, power| {
+            score(cell, power);
+            if let Some((parts, factors)) = self.modulated(cell, passing.optical_length) {
+                for (k, factor) in factors.into_iter().enumerate() {
+                    score(parts.first + k * parts.stride, power * factor);
+                }
+            }
+        });
     }
 
     /// Calls `score` with each cell to which passing light adds, and the value that it adds.

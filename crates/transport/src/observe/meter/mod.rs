@@ -32,7 +32,7 @@ mod window;
 pub use acceptance::{Acceptance, Patch};
 pub use check::MeterProblem;
 pub use fluence::{Estimator, FluenceMeter};
-pub(crate) use functionals::Functionals;
+pub(crate) use functionals::{Functionals, Near};
 pub use grid::{Coordinates, MeterGrid};
 pub use irradiance::{Cosines, IrradianceMeter, MeterSurface};
 pub use positions::Positions;
@@ -44,6 +44,7 @@ pub(crate) use tally::TaskSums;
 pub use window::Window;
 
 use crate::Spectrum;
+use crate::frequency_domain::FrequencyDomain;
 use crate::path::{BalanceSums, Workspace};
 use crate::sampling::{Discrete, Sampler};
 use crate::scene::Scene;
@@ -96,6 +97,14 @@ impl Meter {
         }
     }
 
+    /// Returns true if a [reading](Meter::readings) is a sum over particles: not an amplitude or a
+    /// phase.
+    pub(crate) fn is_linear(&self, reading: usize) -> bool {
+        self.quantities()
+            .get(reading)
+            .is_none_or(Quantity::is_linear)
+    }
+
     fn quantities(&self) -> Vec<Quantity> {
         match self {
             Meter::Fluence(meter) => meter.quantities(),
@@ -121,10 +130,10 @@ impl Meter {
         sums.saturating_add(twice).saturating_add(records)
     }
 
-    /// Returns the number of cells from which two quantities are read.
+    /// Returns the number of cells of readings whose sums are kept for other readings.
     fn cells_read_twice(&self) -> usize {
         match self {
-            Meter::Fluence(_) => 0,
+            Meter::Fluence(meter) => meter.cells_read_twice(),
             Meter::Irradiance(meter) => meter.cells_read_twice(),
         }
     }
@@ -151,6 +160,14 @@ impl Meter {
         match self {
             Meter::Fluence(meter) => meter.sidebands.as_ref(),
             Meter::Irradiance(meter) => meter.sidebands.as_ref(),
+        }
+    }
+
+    /// Returns the frequencies at which the meter measures modulated light; `None` if it does not.
+    pub fn frequency_domain(&self) -> Option<&FrequencyDomain> {
+        match self {
+            Meter::Fluence(meter) => meter.frequency_domain.as_ref(),
+            Meter::Irradiance(meter) => meter.frequency_domain.as_ref(),
         }
     }
 
@@ -378,9 +395,9 @@ impl<'a> Setup<'a> {
                 channels: self.channels,
             };
             let readings = quantities.iter().enumerate().map(|(k, quantity)| {
-                let is_last = quantities[k + 1..]
-                    .iter()
-                    .all(|q| q.first != quantity.first);
+                let later = || quantities[k + 1..].iter().flat_map(Quantity::reads);
+                let own = quantity.first..quantity.first + quantity.cells();
+                let is_last = later().all(|cells| cells.end <= own.start || own.end <= cells.start);
                 quantity.read(&mut part, is_last)
             });
             let readings = readings.collect();

@@ -3,10 +3,12 @@
 use super::grid::{Coordinates, MeterGrid};
 use super::tally::Tally;
 use crate::Bins;
+use crate::frequency_domain::{FrequencyDomain, PARTS, Phasor};
 use crate::sidebands::Sidebands;
 use crate::sparse::Sparse;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
+use std::ops::Range;
 
 /// Number of slots that are read before their sums are freed.
 const SLOTS_AT_ONCE: usize = 1 << 12;
@@ -15,7 +17,7 @@ const SLOTS_AT_ONCE: usize = 1 << 12;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReadingAxis {
     /// Name of the axis: `x`, `y`, `z`, `r`, `opl`, `cosine`, `side`, `part`, `u`, `v`, `order`,
-    /// `delay`, `stokes`.
+    /// `delay`, `stokes`, `frequency`.
     pub name: Cow<'static, str>,
     /// Edges of the bins, one more than the number of bins.
     pub edges: Vec<f64>,
@@ -28,6 +30,19 @@ impl ReadingAxis {
             name: name.into(),
             edges: bins.edges(),
         }
+    }
+
+    /// Creates an axis of numbered items.
+    pub(super) fn numbers(name: &'static str, count: usize) -> Self {
+        let max = count as f64;
+        ReadingAxis::new(
+            name,
+            &Bins {
+                min: 0.0,
+                max,
+                count,
+            },
+        )
     }
 
     pub(super) fn optical_length(bins: &Bins) -> Self {
@@ -84,9 +99,21 @@ pub(super) struct Quantity {
     /// Measures of cells, such as volumes, along the fastest axes; they repeat along the other
     /// axes.
     pub measures: Vec<f64>,
-    /// Number of leading cells whose values are not negative, if the other values have either sign.
-    /// The errors of the other cells are reliable where the errors of the leading cells are.
-    pub signed_after: Option<usize>,
+    /// Cells of values that are not negative, if the quantity has values of either sign: its errors
+    /// are reliable where the errors of these cells are. They repeat along the slower axes.
+    pub unsigned: Option<Range<usize>>,
+    pub value: Value,
+}
+
+/// Value that is read from the cells of a quantity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Value {
+    /// Mean of the scores in a cell.
+    Mean,
+    /// Amplitude of [modulated light](FrequencyDomain), whose parts are in cells at this distance.
+    Amplitude(usize),
+    /// Phase of modulated light, whose parts are in cells at this distance.
+    Phase(usize),
 }
 
 impl Quantity {
@@ -114,10 +141,89 @@ impl Quantity {
                 axes,
                 first,
                 measures: self.measures.clone(),
-                signed_after: None,
+                unsigned: None,
+                value: Value::Mean,
             })
         };
         names.into_iter().zip(parts).filter_map(quantity).collect()
+    }
+
+    /// Returns the quantities of modulated light with the given names: the in-phase and quadrature
+    /// parts, amplitude and phase. `self` must be the first of the parts; `unmodulated` are the
+    /// cells of all light.
+    pub(super) fn of_frequencies(
+        self,
+        domain: &FrequencyDomain,
+        names: [&'static str; 4],
+        unmodulated: usize,
+    ) -> [Self; 4] {
+        let cells = self.cells();
+        let count = domain.hertz().len();
+        let [in_phase, quadrature, amplitude, phase] = names;
+        let quantity = |name, place, value, measures: &[f64]| {
+            let mut axes = vec![ReadingAxis::numbers("frequency", count)];
+            axes.extend_from_slice(&self.axes);
+            Quantity {
+                name,
+                axes,
+                first: self.first + place * count * cells,
+                measures: measures.to_vec(),
+                unsigned: Some(unmodulated..unmodulated + cells),
+                value,
+            }
+        };
+        let distance = count * cells;
+        [
+            quantity(in_phase, 0, Value::Mean, &self.measures),
+            quantity(quadrature, 1, Value::Mean, &self.measures),
+            quantity(amplitude, 0, Value::Amplitude(distance), &self.measures),
+            quantity(phase, 0, Value::Phase(distance), &self.measures),
+        ]
+    }
+
+    /// Returns true if the quantity is a sum of scores.
+    pub(super) fn is_linear(&self) -> bool {
+        self.value == Value::Mean
+    }
+
+    /// Returns the distance in cells between the parts that the quantity is read from; 0 if it is a
+    /// sum of scores.
+    pub(super) fn distance(&self) -> usize {
+        self.value.distance()
+    }
+
+    /// Returns the measure of a bin, such as its volume.
+    pub(super) fn measure(&self, bin: usize) -> f64 {
+        self.measures[bin % self.measures.len()]
+    }
+
+    /// Returns the divisor of the value that is read from the sums of a bin.
+    pub(super) fn divisor(&self, bin: usize) -> f64 {
+        match self.value {
+            Value::Mean | Value::Amplitude(_) => self.measure(bin),
+            Value::Phase(_) => 1.0,
+        }
+    }
+
+    /// Returns the derivatives of a bin's value, times its divisor, by the means of its cells.
+    /// `parts` yields the means of the in-phase and the quadrature part.
+    pub(super) fn derivatives(&self, parts: impl Fn() -> [f64; 2]) -> [f64; 2] {
+        match self.value {
+            Value::Mean => [1.0, 0.0],
+            Value::Amplitude(_) => Phasor::amplitude_derivatives(parts()),
+            Value::Phase(_) => Phasor::phase_derivatives(parts()),
+        }
+    }
+
+    /// Returns all cells that the quantity is read from.
+    pub(super) fn reads(&self) -> impl Iterator<Item = Range<usize>> + '_ {
+        let own = move |place: usize| {
+            let first = self.first + place * self.value.distance();
+            first..first + self.cells()
+        };
+        (0..self.value.parts())
+            .map(own)
+            .chain(self.unsigned.clone())
     }
 
     /// Reads the quantity from the meter's part of a tally. If `clear` is set, it frees the sums
@@ -131,29 +237,34 @@ impl Quantity {
         let channels = *channels;
         let bins = self.cells() * channels;
         let start = *first + self.first * channels;
+        let unlit_error = match self.value {
+            Value::Phase(_) => f64::INFINITY,
+            Value::Mean | Value::Amplitude(_) => tally.error_of_nothing(),
+        };
         let mut reading = Reading {
             name: self.name.into(),
             axes: self.axes.clone(),
             mean: Sparse::new(bins, 0.0),
-            error: Sparse::new(bins, tally.error_of_nothing()),
+            error: Sparse::new(bins, unlit_error),
             effective: Sparse::new(bins, 0.0),
             few: Sparse::new(bins, false),
         };
-        let unsigned = self.signed_after.map_or(bins, |cells| cells * channels);
+        let reference = self.unsigned.as_ref().map(|cells| {
+            let slots = cells.len() * channels;
+            (*first + cells.start * channels, slots)
+        });
         let (mut from, end) = (start, start + bins);
         while from < end {
             let to = (from + 1).next_multiple_of(SLOTS_AT_ONCE).min(end);
             for slot in tally.lit(from..to) {
                 let i = slot - start;
-                let measure = self.measures[i / channels % self.measures.len()];
-                *reading.mean.get_mut(i) = tally.mean(slot) / measure;
-                *reading.error.get_mut(i) = tally.error(slot) / measure;
-                *reading.effective.get_mut(i) = tally.effective(slot);
-                *reading.few.get_mut(i) = if i < unsigned {
-                    tally.few(slot)
-                } else {
-                    reading.few.get(i % unsigned)
-                };
+                let divisor = self.divisor(i / channels);
+                let found = self.value.read(tally, slot, channels);
+                *reading.mean.get_mut(i) = found.mean / divisor;
+                *reading.error.get_mut(i) = found.error / divisor;
+                let reliable = reference.map_or(slot, |(first, slots)| first + i % slots);
+                *reading.effective.get_mut(i) = tally.effective(reliable);
+                *reading.few.get_mut(i) = found.is_unknown || tally.few(reliable);
             }
             if clear {
                 tally.clear(from..to);
@@ -161,6 +272,56 @@ impl Quantity {
             from = to;
         }
         reading
+    }
+}
+
+/// Value of a bin.
+struct Found {
+    mean: f64,
+    error: f64,
+    /// True if the value has no meaning, whatever its error.
+    is_unknown: bool,
+}
+
+impl Value {
+    /// Returns the distance in cells between the parts of a value.
+    fn distance(self) -> usize {
+        match self {
+            Value::Mean => 0,
+            Value::Amplitude(distance) | Value::Phase(distance) => distance,
+        }
+    }
+
+    /// Returns the number of parts of a value.
+    fn parts(self) -> usize {
+        match self {
+            Value::Mean => 1,
+            Value::Amplitude(_) | Value::Phase(_) => PARTS,
+        }
+    }
+
+    /// Reads the value whose first part is in a slot.
+    fn read(self, tally: &Tally, slot: usize, channels: usize) -> Found {
+        if self == Value::Mean {
+            return Found {
+                mean: tally.mean(slot),
+                error: tally.error(slot),
+                is_unknown: false,
+            };
+        }
+        let slots: [usize; PARTS] =
+            std::array::from_fn(|part| slot + part * self.distance() * channels);
+        let variances = slots.map(|slot| tally.error(slot).powi(2));
+        let phasor = Phasor::of(slots.map(|slot| tally.mean(slot)), variances);
+        let [mean, error] = match self {
+            Value::Phase(_) => phasor.phase,
+            Value::Mean | Value::Amplitude(_) => phasor.amplitude,
+        };
+        Found {
+            mean,
+            error,
+            is_unknown: phasor.is_unknown(),
+        }
     }
 }
 

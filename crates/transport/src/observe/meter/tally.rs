@@ -18,32 +18,51 @@ const BLOCKS_PER_CHUNK: usize = 1 << 6;
 /// Slots per unit of work.
 const SLOTS_PER_CHUNK: usize = BLOCKS_PER_CHUNK * Sparse::<Moments>::BLOCK;
 /// Marks an empty entry.
-const FREE: u32 = u32::MAX;
+const FREE: [u32; 2] = [u32::MAX; 2];
 
-/// Scores of the particles of one task: a hash table from slots to sums.
+/// Scores of the particles of one task: a hash table from rows of slots to sums. The slots of a row
+/// always receive values together.
 #[derive(Clone, Debug)]
 pub(crate) struct Scores {
-    /// Indices in `entries` by the hash of the first slot, or [`FREE`]. Its length is a power of
-    /// two and at least twice the number of entries.
-    places: Vec<u32>,
+    /// First slot and start of the sums of each row, by the hash of the first slot; [`FREE`] where
+    /// there is none. Its length is a power of two and at least twice the number of rows.
+    places: Vec<[u32; 2]>,
     /// Number of surplus bits of a hash.
     shift: u32,
-    entries: Vec<Entry>,
-    /// Indices of the entries to which the current particle has added.
-    touched: Vec<u32>,
+    rows: Vec<Row>,
+    /// Sums of all slots, row by row.
+    sums: Vec<SlotSums>,
+    /// Start and number of the sums of the rows to which the current particle has added.
+    touched: Vec<[u32; 2]>,
     /// Number of values that were not finite; they are scored as zero.
     pub not_finite: u64,
 }
 
-/// Sums in one slot, or in two slots that always receive values together.
+/// Slots that always receive values together, at equal distances.
 #[derive(Clone, Copy, Debug)]
-struct Entry {
-    /// Slots; the second is [`FREE`] if there is none.
-    slots: [u32; 2],
-    /// Sum of the current particle's values; 0 for particles that have not added anything.
-    particle: [f64; 2],
+struct Row {
+    /// First slot, and the distance from slot to slot.
+    first: u32,
+    stride: u32,
+    /// Start and number of the row's sums.
+    start: u32,
+    count: u32,
+}
+
+/// Sums in one slot.
+#[derive(Clone, Copy, Debug, Default)]
+struct SlotSums {
+    /// Sum of the current particle's values.
+    particle: f64,
     /// Sum, sum of squares, and largest absolute value of the totals of earlier particles.
-    sums: [[f64; 3]; 2],
+    totals: [f64; 3],
+}
+
+impl Row {
+    /// Returns the distance between slots and their number.
+    fn shape(self) -> [u32; 2] {
+        [self.stride, self.count]
+    }
 }
 
 impl Default for Scores {
@@ -51,7 +70,8 @@ impl Default for Scores {
         Scores {
             places: vec![FREE; 1 << 8],
             shift: u32::BITS - 8,
-            entries: Vec::new(),
+            rows: Vec::new(),
+            sums: Vec::new(),
             touched: Vec::new(),
             not_finite: 0,
         }
@@ -62,37 +82,37 @@ impl Scores {
     /// Adds a value of the particle to a slot, which must be below [`Tally::MAX_SLOTS`].
     #[inline]
     pub(crate) fn add(&mut self, slot: usize, value: f64) {
-        self.add_both([slot, FREE as usize], [value, 0.0]);
+        self.add_row(slot, 0, &[value]);
     }
 
-    /// Adds values of the particle to two slots. The first slot must always occur with the second.
-    #[inline]
-    pub(crate) fn add_both(&mut self, slots: [usize; 2], values: [f64; 2]) {
-        let values = values.map(|value| {
-            let is_finite = value.is_finite();
-            self.not_finite += u64::from(!is_finite);
-            if is_finite { value } else { 0.0 }
-        });
-        if values == [0.0; 2] {
+    /// Adds values of the particle to the slots `first`, `first` + `stride`, and so on. All rows
+    /// with one first slot must have one stride and one number of slots.
+    // Callers know the number of values, so that loops over them unroll.
+    #[inline(always)]
+    pub(crate) fn add_row(&mut self, first: usize, stride: usize, values: &[f64]) {
+        self.not_finite += values.iter().filter(|value| !value.is_finite()).count() as u64;
+        let finite = |value: f64| if value.is_finite() { value } else { 0.0 };
+        if values.iter().all(|value| finite(*value) == 0.0) {
             return;
         }
-        let place = self.place(slots.map(|slot| slot as u32));
-        let sums = &mut self.entries[place as usize].particle;
-        if *sums == [0.0; 2] {
-            self.touched.push(place);
+        let start = self.start(first as u32, stride as u32, values.len());
+        let sums = &mut self.sums[start as usize..][..values.len()];
+        if sums.iter().all(|slot| slot.particle == 0.0) {
+            self.touched.push([start, values.len() as u32]);
         }
-        *sums = [sums[0] + values[0], sums[1] + values[1]];
+        for (slot, value) in sums.iter_mut().zip(values) {
+            slot.particle += finite(*value);
+        }
     }
 
     /// Ends the particle: its total in each slot is one sample.
     pub(crate) fn end_particle(&mut self) {
-        for place in self.touched.drain(..) {
-            let entry = &mut self.entries[place as usize];
-            // The total is 0 if the values cancelled at some point, and the index was recorded
-            // twice.
-            let totals = std::mem::take(&mut entry.particle);
-            for (sums, total) in entry.sums.iter_mut().zip(totals) {
-                let [sum, squares, largest] = sums;
+        for [start, count] in self.touched.drain(..) {
+            for slot in &mut self.sums[start as usize..][..count as usize] {
+                // The total is 0 if the values cancelled at some point, and the index was recorded
+                // twice.
+                let total = std::mem::take(&mut slot.particle);
+                let [sum, squares, largest] = &mut slot.totals;
                 *sum += total;
                 *squares += total * total;
                 *largest = largest.max(total.abs());
@@ -102,64 +122,72 @@ impl Scores {
 
     /// Ends the task and returns its sums.
     #[must_use]
-    pub(crate) fn finish(self) -> TaskSums {
-        let mut entries = Vec::with_capacity(2 * self.entries.len());
-        for entry in &self.entries {
-            for (slot, sums) in entry.slots.into_iter().zip(entry.sums) {
-                // Skip entries without values, or whose values cancelled.
-                if sums[2] > 0.0 {
-                    entries.push((slot, sums));
-                }
+    pub(crate) fn finish(mut self) -> TaskSums {
+        let mut entries = Vec::with_capacity(self.sums.len());
+        self.rows.sort_unstable_by_key(|row| row.first);
+        for rows in self.rows.chunk_by(|a, b| a.shape() == b.shape()) {
+            // Slots in ascending order, which leaves little to sort.
+            for k in 0..rows[0].count {
+                let totals = |row: &Row| self.sums[(row.start + k) as usize].totals;
+                let slots = rows
+                    .iter()
+                    .map(|row| (row.first + k * row.stride, totals(row)));
+                // Skip slots without values, or whose values cancelled.
+                entries.extend(slots.filter(|(_, totals)| totals[2] > 0.0));
             }
         }
-        entries.sort_unstable_by_key(chunk);
+        entries.sort_by_key(chunk);
         TaskSums { entries }
     }
 
-    /// Returns the index of the slots' entry, which is created if there is none.
+    /// Returns the start of the sums of the row with a first slot, which is created if there is
+    /// none.
     #[inline]
-    fn place(&mut self, slots: [u32; 2]) -> u32 {
-        let mut at = self.hash(slots[0]);
+    fn start(&mut self, first: u32, stride: u32, count: usize) -> u32 {
+        let mut at = self.hash(first);
         loop {
             match self.places[at] {
-                FREE => return self.insert(slots, at),
-                place if self.entries[place as usize].slots[0] == slots[0] => return place,
+                FREE => return self.insert(first, stride, count, at),
+                [known, start] if known == first => return start,
                 _ => at = (at + 1) & (self.places.len() - 1),
             }
         }
     }
 
-    /// Returns the position at which the search for a slot's entry starts.
+    /// Returns the position at which the search for a row starts.
     #[inline]
-    fn hash(&self, slot: u32) -> usize {
-        (slot.wrapping_mul(0x9e37_79b1) >> self.shift) as usize
+    fn hash(&self, first: u32) -> usize {
+        (first.wrapping_mul(0x9e37_79b1) >> self.shift) as usize
     }
 
-    /// Creates an entry and enters its index at a free position.
+    /// Creates a row and enters it at a free position. Returns the start of its sums.
     #[cold]
-    fn insert(&mut self, slots: [u32; 2], at: usize) -> u32 {
-        let place = self.entries.len() as u32;
-        self.places[at] = place;
-        self.entries.push(Entry {
-            slots,
-            particle: [0.0; 2],
-            sums: [[0.0; 3]; 2],
+    fn insert(&mut self, first: u32, stride: u32, count: usize, at: usize) -> u32 {
+        let start = self.sums.len() as u32;
+        self.places[at] = [first, start];
+        self.rows.push(Row {
+            first,
+            stride,
+            start,
+            count: count as u32,
         });
-        if 2 * self.entries.len() > self.places.len() {
+        self.sums
+            .resize(start as usize + count, SlotSums::default());
+        if 2 * self.rows.len() > self.places.len() {
             self.grow();
         }
-        place
+        start
     }
 
     fn grow(&mut self) {
         self.places = vec![FREE; 4 * self.places.len()];
         self.shift -= 2;
-        for (place, entry) in self.entries.iter().enumerate() {
-            let mut at = self.hash(entry.slots[0]);
+        for row in &self.rows {
+            let mut at = self.hash(row.first);
             while self.places[at] != FREE {
                 at = (at + 1) & (self.places.len() - 1);
             }
-            self.places[at] = place as u32;
+            self.places[at] = [row.first, row.start];
         }
     }
 }
@@ -368,5 +396,29 @@ mod tests {
         assert_eq!(scores.not_finite, 2);
         scores.end_particle();
         assert!(scores.finish().entries.is_empty());
+    }
+
+    /// Values of rows of different shapes, which lie among one another, reach their slots.
+    #[test]
+    fn rows_have_their_slots() {
+        let mut scores = Scores::default();
+        let mut expected = vec![0.0; 100_000];
+        for first in (0..10_000).rev().step_by(3) {
+            scores.add_row(first, 10_000, &[1.0, 0.0, 3.0]);
+            scores.add_row(30_000 + first, 15_000, &[4.0, f64::NAN, 6.0, 7.0]);
+            for (slot, value) in [(0, 1.0), (20_000, 3.0), (30_000, 4.0), (60_000, 6.0)] {
+                expected[slot + first] += value;
+            }
+            expected[75_000 + first] += 7.0;
+        }
+        assert_eq!(scores.not_finite, 3334);
+        scores.end_particle();
+        let sums = scores.finish();
+        assert!(sums.entries.is_sorted_by_key(chunk));
+        let mut found = vec![0.0; 100_000];
+        for (slot, sums) in &sums.entries {
+            found[*slot as usize] += sums[0];
+        }
+        assert_eq!(found, expected);
     }
 }

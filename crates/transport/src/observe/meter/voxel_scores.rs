@@ -4,11 +4,13 @@
 use super::Meter;
 use super::fluence::{Estimator, FluenceMeter};
 use super::tally::Scores;
+use crate::frequency_domain::FrequencyDomain;
 use crate::path::VoxelFlight;
 use crate::scene::VoxelVolume;
+use smallvec::{SmallVec, smallvec};
 
 /// Fluence meter, with the scores of a particle since it entered its current voxel and gate.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct VoxelScore<'m> {
     meter: &'m FluenceMeter,
     /// First slot of the meter in a tally of one channel.
@@ -22,6 +24,8 @@ pub(super) struct VoxelScore<'m> {
     fluence: f64,
     /// Absorption coefficient.
     absorption: f64,
+    /// Parts of modulated fluence.
+    modulated: SmallVec<[f64; 6]>,
 }
 
 /// Returns true if all meters need only the voxels of a volume: all fluence meters score track
@@ -80,6 +84,7 @@ impl<'m> VoxelScore<'m> {
     }
 
     fn new(meter: &'m FluenceMeter, first: usize) -> Self {
+        let frequencies = meter.frequency_domain.as_ref();
         VoxelScore {
             meter,
             first,
@@ -88,6 +93,7 @@ impl<'m> VoxelScore<'m> {
             gate: [0.0; 2],
             fluence: 0.0,
             absorption: 0.0,
+            modulated: smallvec![0.0; frequencies.map_or(0, FrequencyDomain::parts)],
         }
     }
 
@@ -98,7 +104,7 @@ impl<'m> VoxelScore<'m> {
         let end = begin + flight.matter.n * flight.length;
         let same_gate = begin >= self.gate[0] && end <= self.gate[1];
         if self.voxel == flight.voxel && same_gate {
-            self.fluence += flight.power * flight.length;
+            self.add(flight.power * flight.length, [begin, end]);
         } else {
             self.begin(flight, scores, [begin, end]);
         }
@@ -122,7 +128,7 @@ impl<'m> VoxelScore<'m> {
             self.voxel = flight.voxel;
             self.slot = bin.map(|bin| self.first + bin * meter.grid.cells() + flight.voxel);
             self.gate = gate;
-            self.fluence = flight.power * flight.length * share;
+            self.add(flight.power * flight.length * share, [from, to]);
             self.absorption = flight.matter.absorption[flight.channel];
             if end <= to {
                 return;
@@ -131,13 +137,31 @@ impl<'m> VoxelScore<'m> {
         }
     }
 
+    /// Adds fluence between two optical path lengths to the scores in the voxel.
+    #[inline]
+    fn add(&mut self, fluence: f64, optical_lengths: [f64; 2]) {
+        self.fluence += fluence;
+        if let Some(domain) = &self.meter.frequency_domain {
+            domain.add_between(optical_lengths, fluence, &mut self.modulated);
+        }
+    }
+
     /// Adds the scores in the last voxel to the task's scores.
     #[inline]
     pub(super) fn end(&mut self, scores: &mut Scores) {
         if let Some(slot) = self.slot {
-            let slots = [slot, slot + self.meter.cells()];
-            scores.add_both(slots, [self.fluence, self.fluence * self.absorption]);
+            let values = [self.fluence, self.fluence * self.absorption];
+            if self.modulated.is_empty() {
+                scores.add_row(slot, self.meter.cells(), &values);
+            } else {
+                let mut row: SmallVec<[f64; 8]> = SmallVec::from_slice(&values);
+                row.extend_from_slice(&self.modulated);
+                scores.add_row(slot, self.meter.cells(), &row);
+            }
         }
-        *self = VoxelScore::new(self.meter, self.first);
+        self.slot = None;
+        self.voxel = usize::MAX;
+        self.fluence = 0.0;
+        self.modulated.fill(0.0);
     }
 }

@@ -4,11 +4,12 @@ use super::batches::{Part, Units, derivatives_of};
 use super::{Derivatives, SEED, blank, check_weights};
 use crate::derivative::{DerivativeError, Plan, RadiometricParameter, Sums};
 use crate::film::PartsFacts;
-use crate::meter::{Functionals, Meter, MeterProblem, ReadingAxis, Setup};
+use crate::meter::{Functionals, Meter, MeterProblem, Near, Reading, ReadingAxis, Setup};
 use crate::path::Workspace;
-use crate::render::{Handle, seed_of_group};
+use crate::render::{Handle, MeasureError, MeasureOptions, measure, seed_of_group};
 use crate::scene::{NO_SCENE, Scene};
 use crate::stats::Stats;
+use std::ops::ControlFlow;
 
 /// Functional of meters' readings that is differentiated.
 #[derive(Clone, Copy, Debug)]
@@ -75,6 +76,10 @@ pub fn meter_derivatives(
         by: blank(scenes, options.parameters, &rows)?,
         stats: Stats::default(),
     };
+    let near = match readings_near(scenes, meters, options, handle)? {
+        Some(_) if handle.is_given_up() => return Ok(None),
+        near => near,
+    };
     let max_depth = options.max_depth.unwrap_or(u32::MAX);
     for (group, scene) in scenes.iter().enumerate() {
         let channels = film.channels_of(group);
@@ -82,9 +87,14 @@ pub fn meter_derivatives(
         let setup = Setup::new(scene, meters, channels, max_depth, options.rr_depth);
         let setup = setup.ok_or(DerivativeError::Dark)?;
         let first = group * film.group_size;
+        let near = Near {
+            readings: near.as_deref(),
+            first_channel: first,
+            channels: film.channels,
+        };
         let wanted = match options.of {
-            ReadingFunctional::Weighted(weights) => setup.weighted(weights, first, film.channels),
-            ReadingFunctional::Each { meter, reading } => setup.each_bin(meter, reading),
+            ReadingFunctional::Weighted(weights) => setup.weighted(weights, near),
+            ReadingFunctional::Each { meter, reading } => setup.each_bin(meter, reading, near),
         };
         let pass = Pass {
             setup: &setup,
@@ -113,6 +123,48 @@ pub fn meter_derivatives(
         moments.enter(&plan, first, &mut found.by);
     }
     Ok(Some(found))
+}
+
+/// Measures the readings near which amplitudes and phases are linear, by as many particles and with
+/// the seed of a measurement. Returns `None` if only derivatives of sums are wanted.
+fn readings_near(
+    scenes: &[Scene],
+    meters: &[Meter],
+    options: &MeterDerivativeOptions,
+    handle: &Handle,
+) -> Result<Option<Vec<Vec<Reading>>>, DerivativeError> {
+    let is_linear = match options.of {
+        ReadingFunctional::Each { meter, reading } => meters[meter].is_linear(reading),
+        ReadingFunctional::Weighted(weights) => {
+            meters.iter().zip(weights).all(|(meter, weights)| {
+                let mut weights = weights.iter().enumerate();
+                weights.all(|(reading, weights)| weights.is_empty() || meter.is_linear(reading))
+            })
+        }
+    };
+    if is_linear {
+        return Ok(None);
+    }
+    let measured = MeasureOptions {
+        first: 0,
+        particles: options.particles,
+        seed: options.seed,
+        max_depth: options.max_depth,
+        rr_depth: options.rr_depth,
+    };
+    let found = measure(scenes, meters, &measured, &handle.uncounted(), |_| {
+        ControlFlow::Continue(())
+    });
+    match found {
+        Ok(measurement) => Ok(Some(measurement.readings)),
+        Err(MeasureError::Memory(bytes)) => Err(DerivativeError::Memory(bytes / size_of::<f64>())),
+        Err(MeasureError::Dark) => Err(DerivativeError::Dark),
+        Err(MeasureError::Meter { number, problem }) => Err(DerivativeError::Meter {
+            number,
+            field: problem.field,
+            message: problem.message,
+        }),
+    }
 }
 
 /// Particles of one group of channels.

@@ -6,6 +6,7 @@ use eikonal::field::{Constant, Luneburg, Placement};
 use glam::DVec3;
 use morgana_transport::bsdf::Bsdf;
 use morgana_transport::derivative::RadiometricParameter;
+use morgana_transport::frequency_domain::FrequencyDomain;
 use morgana_transport::medium::Medium;
 use morgana_transport::meter::{Coordinates, Estimator, Meter, ReadingAxis};
 use morgana_transport::render::{
@@ -259,7 +260,10 @@ fn rows_of_jacobians_add_up() {
             max: 5.0,
             count: 3,
         });
-        let skin = through(&parts().objects, 0, [3, 2], false);
+        let mut skin = through(&parts().objects, 0, [3, 2], false);
+        let frequencies = FrequencyDomain::new(&[1e8, 4e8], 0.1);
+        space.frequency_domain = frequencies.clone();
+        skin.frequency_domain = frequencies;
         let meters = [Meter::Fluence(space), Meter::Irradiance(skin)];
         let shapes: Vec<_> = meters.iter().map(Meter::readings).collect();
         for (meter, readings) in shapes.iter().enumerate() {

@@ -12,6 +12,7 @@ mod cutting;
 mod derivatives;
 mod emission_derivatives;
 mod free_flights;
+mod frequency_domain;
 mod gates;
 mod instants;
 mod pictures;

@@ -59,6 +59,7 @@ pub fn fluence(coordinates: Coordinates, size: [usize; 3], to_world: DAffine3) -
         optical_length: None,
         weight_windows: false,
         sidebands: None,
+        frequency_domain: None,
     }
 }
 
