@@ -50,14 +50,14 @@ class Reading(Estimate):
 
     @classmethod
     def load(cls, path: Union[str, "os.PathLike[str]"], name: str) -> "Reading":
-        """Read a meter's quantity from an NPZ or HDF5 file.
+        """Read a meter's quantity from an NPZ, HDF5 or MATLAB file.
 
         The file is one that ``morgana render`` or :meth:`Result.write` wrote.
 
         Parameters
         ----------
         path : path_like
-            The file.
+            The file: ``.npz``, ``.h5``, or ``.mat``, which needs SciPy.
         name : str
             The quantity, as in ``Result.meters``: ``"fluence"``, or ``"tank.fluence"`` if the file
             contains several meters.
@@ -77,6 +77,9 @@ class Reading(Estimate):
         >>> depth = correlation.modulation_depth(morgana.Reading.load("tissue.npz", "fluence_sidebands"))
         """
         arrays, attributes = opened(path)
+        ImportError
+            A MATLAB file, and SciPy is not installed: run ``pip install ".[reconstruct]"`` in a
+            clone of morgana.
         found = names_in(arrays)
         if name not in found:
             raise FileError(f"{os.fspath(path)}: no reading {name!r}: the file has {', '.join(found) or 'none'}")

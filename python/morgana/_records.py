@@ -113,14 +113,14 @@ class Records(Fields):
 
     @classmethod
     def load(cls, path: Union[str, "os.PathLike[str]"], meter: Optional[str] = None) -> "Records":
-        """Read the records in an NPZ or HDF5 file.
+        """Read the records in an NPZ, HDF5 or MATLAB file.
 
         The file is one that ``morgana render`` or :meth:`Result.write` wrote.
 
         Parameters
         ----------
         path : path_like
-            The file.
+            The file: ``.npz``, ``.h5``, or ``.mat``, which needs SciPy.
         meter : str, optional
             Name of the meter; needed if the file contains several meters.
 
@@ -133,6 +133,9 @@ class Records(Fields):
         ------
         FileError
             A file without records of this meter, or in another format.
+        ImportError
+            A MATLAB file, and SciPy is not installed: run ``pip install ".[reconstruct]"`` in a
+            clone of morgana.
 
         Examples
         --------

@@ -137,6 +137,28 @@ def test_matlab_files(measured, tmp_path):
     assert json.loads(found["metadata"][0])["arrays"]["fluence"] == {"unit": "J/unit^2", "axes": ["opl", "z", "y", "x", "channel"]}
 
 
+@pytest.mark.parametrize("end", ["npz", "h5", "mat"])
+def test_files_give_equal_readings_and_records(tmp_path, end):
+    pytest.importorskip("scipy")
+    several = scene(turned())
+    several["ball"]["skin"] = {"type": "irradiancemeter", "id": "skin", "records": True}
+    measured = morgana.render(several, particles=200, seed=3)
+    measured.write(tmp_path / f"all.{end}")
+    assert {name: morgana.Reading.load(tmp_path / f"all.{end}", name) for name in measured.meters} == dict(measured.meters)
+    assert morgana.Records.load(tmp_path / f"all.{end}", "skin") == measured.records["skin"]
+
+
+def test_matlab_files_of_other_programs_are_no_readings(tmp_path):
+    scipy_io = pytest.importorskip("scipy.io")
+    scipy_io.savemat(tmp_path / "other.mat", {"emitted": np.ones(2), "fluence": np.ones((2, 2)), "fluence_error": np.ones((2, 2))})
+    with pytest.raises(morgana.FileError, match="no text 'metadata' with the names of axes"):
+        morgana.Reading.load(tmp_path / "other.mat", "fluence")
+    about = {"arrays": {"fluence": {"axes": ["z", "y", "x"], "unit": "W"}}}
+    scipy_io.savemat(tmp_path / "flat.mat", {"emitted": np.ones(2), "fluence": np.ones((2, 2)), "metadata": json.dumps(about)})
+    with pytest.raises(morgana.FileError, match="'fluence' has 2 dimensions, but its metadata list the axes z, y, x"):
+        morgana.Reading.load(tmp_path / "flat.mat", "fluence")
+
+
 def test_hdf5_files(measured, tmp_path):
     h5py = pytest.importorskip("h5py")
     measured.write(tmp_path / "tank.h5", dtype="float32")
