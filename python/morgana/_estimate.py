@@ -298,6 +298,11 @@ class Estimate(Data, Fields):
         effective, few = (None if of is None else np.asarray(of[index]) for of in (self.effective, self.few))
         return self._over(axes, self.mean[index], self.error[index], effective, few)  # type: ignore[no-any-return]
 
+    def _combined(self, other: "Estimate") -> Dict[str, Any]:
+        """Returns the fields that change in arithmetic with another estimate, besides the means and
+        their statistics."""
+        return {}
+
     def __getitem__(self, index: Any) -> Any:
         """Returns bins by position: ``estimate[3]``, ``estimate[..., 0]``, ``estimate[2:5]``, or
         the bins of a mask of the shape of the means, in a row. An index with ``np.newaxis``, which
@@ -464,7 +469,8 @@ def _propagated(ufunc: np.ufunc, inputs: Tuple[Any, ...]) -> Any:
     flags = [np.broadcast_to(estimate.few, mean.shape) for estimate in estimates if estimate.few is not None]
     few = np.asarray(np.any(flags, axis=0)) if flags else None
     origin = frozenset[str]().union(*(estimate._origin for estimate in estimates))
-    return whole._replace(mean=mean, error=error, unit=unit, effective=effective, few=few)._from(origin)
+    changes = whole._combined(estimates[0] if estimates[-1] is whole else estimates[-1])
+    return whole._replace(mean=mean, error=error, unit=unit, effective=effective, few=few, **changes)._from(origin)
 
 
 def _check_pair(ufunc: np.ufunc, a: Estimate, b: Estimate) -> None:

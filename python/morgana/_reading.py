@@ -15,6 +15,8 @@ from ._archives import Array, opened
 from ._errors import FileError
 from ._estimate import Estimate, run_with
 from ._pulse import Pulse
+from ._selection import Axis
+from ._values import alike
 
 Doubles = NDArray[np.float64]
 
@@ -47,12 +49,15 @@ class Reading(Estimate):
     without these axes. It is the identity if the grid is neither rotated nor sheared."""
     metres_per_unit: Optional[float] = None
     """Length of a scene unit in m, if the meter states it."""
+    emitted: Optional[Doubles] = None
+    """Power of all emitters in the channels of the reading, (channels,), in W; ``None`` if unknown,
+    as after arithmetic with two runs that emit different powers."""
 
     @classmethod
     def load(cls, path: Union[str, "os.PathLike[str]"], name: str) -> "Reading":
         """Read a meter's quantity from an NPZ, HDF5 or MATLAB file.
 
-        The file is one that ``morgana render`` or :meth:`Result.write` wrote.
+        The file is one that ``morgana render``, :meth:`Result.write` or :meth:`write` wrote.
 
         Parameters
         ----------
@@ -65,21 +70,22 @@ class Reading(Estimate):
         Returns
         -------
         Reading
-            The reading, as in the result.
+            The reading, as in the result. It has correlated noise with other readings of its run,
+            as before.
 
         Raises
         ------
         FileError
             A file without this reading, or in another format.
+        ImportError
+            A MATLAB file, and SciPy is not installed: run ``pip install ".[reconstruct]"`` in a
+            clone of morgana.
 
         Examples
         --------
         >>> depth = correlation.modulation_depth(morgana.Reading.load("tissue.npz", "fluence_sidebands"))
         """
         arrays, attributes = opened(path)
-        ImportError
-            A MATLAB file, and SciPy is not installed: run ``pip install ".[reconstruct]"`` in a
-            clone of morgana.
         found = names_in(arrays)
         if name not in found:
             raise FileError(f"{os.fspath(path)}: no reading {name!r}: the file has {', '.join(found) or 'none'}")
@@ -123,13 +129,30 @@ class Reading(Estimate):
         place = self._to_world()
         if place is not None:
             arrays.append((("to_world", "unit", ["row", "column"]), place))
-        # All files of readings have the power of the emitters, which is unknown here.
-        arrays.append((("emitted", "W", ["channel"]), np.full(max(1, len(self.names.get("channel", []))), np.nan)))
-        attributes: Dict[str, Any] = {"channels": " ".join(self.names.get("channel", []))}
+        # All files of readings have the power of the emitters, NaN if it is unknown.
+        emitted = np.full(max(1, len(self.names.get("channel", []))), np.nan) if self.emitted is None else self.emitted
+        arrays.append((("emitted", "W", ["channel"]), emitted))
+        attributes: Dict[str, Any] = {"channels": " ".join(self.names.get("channel", [])), "origin": sorted(self._origin)}
         if self.metres_per_unit is not None:
             attributes["metres_per_unit"] = self.metres_per_unit
         doubles = [(outline, np.ascontiguousarray(values, np.float64)) for outline, values in arrays]
         _morgana.write_arrays(os.fspath(path), doubles, json.dumps(attributes), element)
+
+    def _at(self, where: List[Any]) -> "Reading":
+        found: Reading = super()._at(where)  # type: ignore[assignment]
+        if self.emitted is None or "channel" not in self.axes:
+            return found
+        return found._replace(emitted=np.atleast_1d(self.emitted[where[list(self.axes).index("channel")]]))
+
+    def _over(self, axes: List[Axis], mean: Any, error: Any, effective: Any, few: Any) -> Any:
+        found = super()._over(axes, mean, error, effective, few)
+        if self.emitted is None or "channel" not in self.axes or "channel" in found.axes:
+            return found
+        return found._replace(emitted=np.array([self.emitted.sum()]))
+
+    def _combined(self, other: Estimate) -> Dict[str, Any]:
+        same = not isinstance(other, Reading) or alike(self.emitted, other.emitted)
+        return {} if same else {"emitted": None}
 
     def _to_world(self) -> Optional[Doubles]:
         """Returns the map of the unit cube that the bins fill, (3, 4)."""
@@ -203,8 +226,9 @@ def edges_of(arrays: Mapping[str, Array], name: str, of: List[str]) -> Dict[str,
 
 
 def reading_of(reading: Reading, arrays: Mapping[str, Array], name: str, attributes: Mapping[str, Any]) -> Reading:
-    """Returns a reading with the names of its channels, with its place in the world, and with its
-    run as the origin. Files have the channels and the seed among their attributes."""
+    """Returns a reading with the names of its channels, with its place in the world, with the power
+    of the emitters, and with its origin: its run, or the runs of a reading that
+    :meth:`Reading.write` wrote. Files have the channels and the origin among their attributes."""
     prefix = "".join(name.rpartition(".")[:2])
     names: Dict[str, List[Any]] = {"stokes": ["S0", "S1", "S2", "S3"], "channel": str(attributes.get("channels", "")).split()}
     if f"{prefix}{FREQUENCIES}" in arrays:
@@ -213,8 +237,17 @@ def reading_of(reading: Reading, arrays: Mapping[str, Array], name: str, attribu
     known = {axis: of for axis, of in names.items() if sizes.get(axis) == len(of)}
     metres = attributes.get(f"{prefix}metres_per_unit")
     place = _axes_to_world(arrays.get(f"{prefix}to_world"), [reading.axes.get(axis) for axis in SPACE])
-    named: Reading = reading._replace(names=known, axes_to_world=place, metres_per_unit=None if metres is None else float(metres))
-    if "seed" in attributes:
+    emitted = arrays["emitted"].values if "emitted" in arrays else None
+    named: Reading = reading._replace(
+        names=known,
+        axes_to_world=place,
+        metres_per_unit=None if metres is None else float(metres),
+        emitted=None if emitted is None or np.isnan(emitted).all() else emitted,
+    )
+    origin = attributes.get("origin")
+    if isinstance(origin, list):
+        named._from(frozenset(map(str, origin)))
+    elif "seed" in attributes:
         named._from(run_with(attributes["seed"]))
     return named
 

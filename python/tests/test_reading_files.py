@@ -148,6 +148,28 @@ def test_files_give_equal_readings_and_records(tmp_path, end):
     assert morgana.Records.load(tmp_path / f"all.{end}", "skin") == measured.records["skin"]
 
 
+@pytest.mark.parametrize("end", ["npz", "h5", "mat"])
+def test_files_of_one_reading_keep_the_power_and_the_origin(measured, tmp_path, end):
+    pytest.importorskip("scipy")
+    fluence = measured.meters["fluence"]
+    # A point light of 1 W/sr, in two channels.
+    np.testing.assert_allclose(fluence.emitted, [4 * np.pi, 4 * np.pi])
+    np.testing.assert_allclose(fluence.sum("channel").emitted, [8 * np.pi])
+    half = (2 * fluence).isel(x=slice(1, 3), channel=1)
+    half.write(tmp_path / f"half.{end}", name="fluence")
+    back = morgana.Reading.load(tmp_path / f"half.{end}", "fluence")
+    np.testing.assert_allclose(back.axes_to_world, half.axes_to_world, rtol=1e-14)
+    assert back._replace(axes_to_world=None) == half._replace(axes_to_world=None) and back.emitted.shape == (1,)
+    with pytest.raises(ValueError, match="the run with the seed 3"):
+        back - half
+    other = morgana.render(scene(turned()), particles=200, seed=4).meters["fluence"]
+    assert (fluence - other).emitted is not None
+    assert (fluence - other._replace(emitted=2 * other.emitted)).emitted is None
+    (fluence - other).write(tmp_path / f"change.{end}")
+    with pytest.raises(ValueError, match="the run with the seed 3 and the run with the seed 4"):
+        morgana.Reading.load(tmp_path / f"change.{end}", "reading") + (fluence - other)
+
+
 def test_matlab_files_of_other_programs_are_no_readings(tmp_path):
     scipy_io = pytest.importorskip("scipy.io")
     scipy_io.savemat(tmp_path / "other.mat", {"emitted": np.ones(2), "fluence": np.ones((2, 2)), "fluence_error": np.ones((2, 2))})
