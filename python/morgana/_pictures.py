@@ -35,6 +35,12 @@ COLOURS = np.array([[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [
 """Colours of a map, from the smallest value to the largest: every fourth of Matplotlib's
 ``viridis``."""
 
+LABELS = [
+    (240, 240, 240), (76, 114, 176), (221, 132, 82), (85, 168, 104), (196, 78, 82), (129, 114, 179), (147, 120, 96), (218, 139, 195), (100, 181, 205),
+    (204, 185, 116), (60, 60, 60),
+]  # fmt: skip
+"""Colours of labels: light grey for label 0, and ten colours that repeat."""
+
 MAX_LINES = 200
 """Maximum number of rays in a picture."""
 
@@ -93,6 +99,21 @@ def heat_map(values: ArrayLike) -> str:
     colours[~np.isfinite(small)] = 217
     n = max(1, SIDE // 2 // max(small.shape))
     return _image(_png(np.round(colours).astype(np.uint8)), small.shape[1] * n, small.shape[0] * n)
+
+
+def label_map(labels: NDArray[Any]) -> str:
+    """Returns a map of labels, (rows, columns), in the colours :data:`LABELS`. Larger maps than
+    :data:`SIDE` show every second label, every third, and so on."""
+    step = -(-max(labels.shape) // SIDE)
+    small = np.nan_to_num(labels[::step, ::step]).astype(np.int64)
+    colours = np.asarray(LABELS, np.uint8)[label_colour(small)]
+    n = max(1, SIDE // 2 // max(small.shape))
+    return _image(_png(colours), small.shape[1] * n, small.shape[0] * n)
+
+
+def label_colour(label: Any) -> Any:
+    """Returns the row of :data:`LABELS` for a label, or for an array of labels."""
+    return np.where(np.asarray(label) > 0, (np.asarray(label) - 1) % (len(LABELS) - 1) + 1, 0)
 
 
 def curve(x: Doubles, y: Doubles, error: Optional[Doubles] = None) -> str:

@@ -48,6 +48,34 @@ def test_scenes_show_a_small_render(monkeypatch):
     assert pixels(html(large)).shape[:2] == (76, 128) and large.size == (336, 200)
 
 
+def labelled(data, **media):
+    tissue = {"type": "labels", "data": data, "skin": {"type": "irradiancemeter"}, **media}
+    return {"type": "scene", "integrator": {"type": "particle"}, "tissue": tissue, "light": {"type": "point", "intensity": 1.0}}
+
+
+def test_scenes_with_meters_show_labels_media_and_meters(monkeypatch):
+    # Nothing is rendered.
+    monkeypatch.setattr(morgana._preview, "render", None)
+    data = np.ones((4, 6, 8))
+    data[2:] = 2
+    data[:, 3, 4:] = 0
+    text = html(load(labelled(data, properties=np.array([[0, 0, 1, 1], [0.1, 2, 0.9, 1.37], [0.25, 3, 0.8, 1.4]]))), "labels of tissue in the voxels y = 3: z down, x to the right")
+    grey, blue, orange = (np.array(colour) / 255 for colour in morgana._pictures.LABELS[:3])
+    shown = pixels(text)
+    assert shown.shape[:2] == (4, 8)
+    np.testing.assert_allclose(shown[:, :4, :3], np.repeat([blue, orange], 2, axis=0)[:, None] * np.ones((1, 4, 1)), atol=1e-6)
+    np.testing.assert_allclose(shown[:, 4:, :3], np.broadcast_to(grey, (4, 4, 3)), atol=1e-6)
+    assert "tissue: label 2</td><td>0.25</td><td>3</td><td>0.8</td><td>1.4</td>" in text and "label 0" not in text
+    assert "<td>irradiancemeter</td><td>power, optical_moment, irradiance</td><td>2 side</td>" in text
+    # Media of their own, by number; many labels; a single layer of voxels.
+    own = {"2": {"type": "homogeneous", "sigma_a": 0.5, "ior": {"type": "linear", "n0": 1.3, "slope": [0, 0.01, 0]}}, "1": {"type": "homogeneous", "sigma_s": 2}}
+    text = html(load(labelled(np.maximum(data, 1), **own)), "varies")
+    assert text.index("tissue: label 1") < text.index("tissue: label 2</td><td>0.5")
+    many = labelled(np.arange(1, 101).reshape(10, 10, 1), properties=np.repeat([[0.1, 1, 0.9, 1.37]], 101, axis=0))
+    assert pixels(html(load(many), "… and 88 more", "x = 0: z down, y to the right")).shape[:2] == (10, 10)
+    html(load(meters()), "<td>ball.interior</td><td>0.5</td><td>0.9</td>", "<td>2 z × 3 y × 4 x</td>")
+
+
 def test_results_show_pictures_with_their_units():
     picture, measured = morgana.render(load(small()), spp=2), morgana.render(load(gated()), particles=640)
     html(picture, "<img", "mean 0.")
