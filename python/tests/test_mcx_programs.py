@@ -80,26 +80,60 @@ def test_detected_photons_are_read_by_jdata(tmp_path, program):
     np.testing.assert_array_equal(text, binary)
 
 
-def test_a_simulation_of_simpa(tmp_path):
-    """SIMPA itself, unchanged, with a link to the program as the path of MCX."""
+def simpa_simulation(folder, adapter, **optical):
+    """Runs SIMPA itself, unchanged, with a link to the program as the path of MCX: a slit over a homogeneous block."""
     sp = pytest.importorskip("simpa")
     tags = sp.Tags
-    link = tmp_path / "mcx"
+    link = folder / "mcx"
     link.symlink_to(PROGRAM)
     settings = sp.Settings({
-        tags.RANDOM_SEED: 471, tags.VOLUME_NAME: "volume", tags.SIMULATION_PATH: str(tmp_path), tags.SPACING_MM: 1.0,
+        tags.RANDOM_SEED: 471, tags.VOLUME_NAME: "volume", tags.SIMULATION_PATH: str(folder), tags.SPACING_MM: 1.0,
         tags.DIM_VOLUME_X_MM: 52, tags.DIM_VOLUME_Y_MM: 16, tags.DIM_VOLUME_Z_MM: 20, tags.WAVELENGTHS: [798],
         tags.GPU: False, tags.DO_FILE_COMPRESSION: True,
     })
     background = sp.Settings({tags.MOLECULE_COMPOSITION: sp.TISSUE_LIBRARY.constant(0.1, 100, 0.9), tags.STRUCTURE_TYPE: tags.BACKGROUND})
     settings.set_volume_creation_settings({tags.SIMULATE_DEFORMED_LAYERS: False, tags.STRUCTURES: sp.Settings({tags.BACKGROUND: background})})
-    settings.set_optical_settings({tags.OPTICAL_MODEL_NUMBER_PHOTONS: 2e4, tags.OPTICAL_MODEL_BINARY_PATH: str(link)})
+    more = {getattr(tags, name): value for name, value in optical.items()}
+    settings.set_optical_settings({tags.OPTICAL_MODEL_NUMBER_PHOTONS: 2e4, tags.OPTICAL_MODEL_BINARY_PATH: str(link), **more})
     device = sp.PhotoacousticDevice(device_position_mm=np.array([26, 8, 0]))
     device.set_detection_geometry(sp.LinearArrayDetectionGeometry())
     device.add_illumination_geometry(sp.SlitIlluminationGeometry(slit_vector_mm=[10, 0, 0], direction_vector_mm=[0, 0, 1]))
-    sp.simulate([sp.ModelBasedAdapter(settings), sp.MCXAdapter(settings)], settings, device)
-    fluence = sp.load_data_field(str(tmp_path / "volume.hdf5"), tags.DATA_FIELD_FLUENCE, 798)
+    sp.simulate([sp.ModelBasedAdapter(settings), getattr(sp, adapter)(settings)], settings, device)
+    return lambda field: sp.load_data_field(str(folder / "volume.hdf5"), getattr(tags, field), 798)
+
+
+def test_a_simulation_of_simpa(tmp_path):
+    fluence = simpa_simulation(tmp_path, "MCXAdapter")("DATA_FIELD_FLUENCE")
     assert fluence.shape == (52, 16, 20)
     # Light enters in the middle and decays with depth.
     profile = fluence[21:31, 7:9].mean(axis=(0, 1))
     assert profile[2] > profile[8] > profile[18] > 0
+
+
+def test_the_reflectance_of_simpa(tmp_path):
+    """Reflectance in the voxels above the block, against a run of the block as a cube with meters at its faces, at a false-alarm rate of
+    1e-3: |z| < 3.3. Also the places and directions of the light that leaves at the upper side in y."""
+    read = simpa_simulation(tmp_path, "MCXReflectanceAdapter", COMPUTE_DIFFUSE_REFLECTANCE=True, COMPUTE_PHOTON_DIRECTION_AT_EXIT=True)
+    block = morgana.load_dict({
+        "type": "scene", "integrator": {"type": "particle"},
+        "block": {
+            "type": "cube", "to_world": [{"scale": [26, 8, 10]}, {"translate": [26, 8, 10]}], "bsdf": {"type": "null"},
+            "interior": {"type": "homogeneous", "sigma_a": 0.01, "sigma_s": 10, "phase": {"type": "hg", "g": 0.9}},
+            "faces": {"type": "irradiancemeter", "parts": True},
+        },
+        "slit": {
+            "type": "collimated", "profile": "rectangle", "width": 10, "height": 0.001, "power": 1, "to_world": [{"translate": [25.5, 7.5, -1]}],
+        },
+    })  # fmt: skip
+    faces = morgana.render(block, particles=20_000, seed=6).meters["binned_power"].isel(side=0)
+    top = faces.isel(part=4)
+    # Voxels have an area of 1 mm². Both runs have equally many particles, and hence equal errors.
+    reflectance = read("DATA_FIELD_DIFFUSE_REFLECTANCE").sum()
+    assert abs(reflectance - float(top)) < 3.3 * np.sqrt(2) * float(top.error)
+    assert set(read("DATA_FIELD_DIFFUSE_REFLECTANCE_POS")[:, 2]) == {0}
+    place, direction = read("DATA_FIELD_PHOTON_EXIT_POS"), read("DATA_FIELD_PHOTON_EXIT_DIR")
+    np.testing.assert_allclose(place[:, 1], 16, rtol=1e-5)
+    np.testing.assert_allclose(np.linalg.norm(direction, axis=1), 1, rtol=1e-5)
+    assert (direction[:, 1] > 0).all() and len(place) > 1000
+    absorbed = (read("DATA_FIELD_FLUENCE") / 100 * 0.01).sum()
+    assert 0.15 < absorbed < 0.23
