@@ -13,6 +13,10 @@ from ._errors import Error
 from ._reading import SPACE, Reading, names_in, reading_in
 from ._xarray import SPEED_OF_LIGHT
 
+BRIGHTEST = 0.99
+"""Fraction of the bins below the largest value of the contrast: the bins at a source are much
+brighter than all others."""
+
 LayerData = Tuple[NDArray[Any], Dict[str, Any], str]
 Path = Union[str, "os.PathLike[str]"]
 
@@ -35,14 +39,16 @@ def get_reader(path: Union[Path, List[Path]]) -> Optional[Callable[[Any], List[L
 def layers(path: Path) -> List[LayerData]:
     """Returns an image layer for each reading over x, y and z in a file, and for each channel.
 
-    Layers have their place in the scene: napari's axes are z, y and x. Standard errors follow as
-    hidden layers."""
+    Layers have their place in the scene: napari's axes are z, y and x. The first layer, a fluence
+    if there is one, is shown. The others and the standard errors are hidden."""
     arrays, attributes = opened(path)
-    readings = {name: reading_in(arrays, name, attributes) for name in names_in(arrays)}
+    names = sorted(names_in(arrays), key=lambda name: name.rpartition(".")[2] != "fluence")
+    readings = {name: reading_in(arrays, name, attributes) for name in names}
     found: List[LayerData] = []
     for name, reading in readings.items():
         if reading.axes_to_world is not None:
-            found += [layer for label, one in _channels(name, reading) for layer in _layers(label, one)]
+            for label, one in _channels(name, reading):
+                found += _layers(label, one, shown=not found)
     return found
 
 
@@ -53,11 +59,14 @@ def _channels(name: str, reading: Reading) -> List[Tuple[str, Any]]:
     return [(f"{name} {channel}", reading.isel(channel=i)) for i, channel in enumerate(names)]
 
 
-def _layers(name: str, reading: Reading) -> List[LayerData]:
+def _layers(name: str, reading: Reading, shown: bool) -> List[LayerData]:
     affine, units = _place(reading)
     common = {"affine": affine, "units": units, "axis_labels": tuple(reading.axes), "metadata": {"unit": reading.unit}}
+    finite = reading.mean[np.isfinite(reading.mean)]
+    brightest = float(np.quantile(finite, BRIGHTEST)) if finite.size else 0.0
+    limits = {"contrast_limits": (0.0, brightest)} if brightest > 0 else {}
     return [
-        (reading.mean, {**common, "name": name}, "image"),
+        (reading.mean, {**common, **limits, "name": name, "visible": shown}, "image"),
         (reading.error, {**common, "name": f"{name} error", "visible": False}, "image"),
     ]
 

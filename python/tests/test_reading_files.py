@@ -248,7 +248,10 @@ def test_napari_gets_layers_where_the_scene_has_them(measured, tmp_path):
     reader = _napari.get_reader(str(tmp_path / "tank.npz"))
     layers = {about["name"]: (data, about) for data, about, kind in reader(str(tmp_path / "tank.npz")) if kind == "image"}
     assert {f"fluence {channel}{what}" for channel in ("500nm", "600nm") for what in ("", " error")} < set(layers)
-    assert layers["p0 500nm error"][1]["visible"] is False and len(layers) == 12
+    assert [name for name, (_, about) in layers.items() if about["visible"]] == ["fluence 500nm"] and len(layers) == 12
+    assert next(iter(layers)) == "fluence 500nm"
+    low, high = layers["fluence 500nm"][1]["contrast_limits"]
+    assert low == 0 and np.mean(layers["fluence 500nm"][0] <= high) == pytest.approx(0.99, abs=0.01)
     data, about = layers["fluence 600nm"]
     np.testing.assert_array_equal(data, measured.meters["fluence"].mean[..., 1])
     assert about["axis_labels"] == ("opl", "z", "y", "x") and about["units"] == ("s", "mm", "mm", "mm")
