@@ -5,7 +5,7 @@
 //! False alarms: 2.5e-4 for errors and for means of each kind of replicates, and for the pilot's
 //! estimates; 1.25e-3 for the file.
 
-use crate::common::{camera, container, fog, parts, path_tracer, vacuum};
+use crate::common::{camera, container, fog, parts, path_tracer, samples, vacuum};
 use eikonal::Field;
 use eikonal::field::{Acoustic, AcousticMode, Gaussian};
 use glam::{DAffine3, DQuat, DVec3};
@@ -188,7 +188,10 @@ fn what_a_pilot_sees_by_chance_does_not_bias_the_image() {
                 .summary()
                 .0
         };
-        let means: Vec<f64> = (0..6000).into_par_iter().map(film).collect();
+        let means: Vec<f64> = (0..samples(6_000, 2_000))
+            .into_par_iter()
+            .map(film)
+            .collect();
         let mut moments = Moments::default();
         means.iter().for_each(|mean| moments.push(*mean));
         moments
