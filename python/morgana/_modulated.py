@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Dict, List, Optional, Tuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._estimate import Estimate, Origin
+from ._estimate import Axes, Estimate, Origin
 from ._numbers import numbers
 from ._values import Fields
 from ._xarray import SPEED_OF_LIGHT
@@ -40,7 +40,7 @@ class Modulated(Fields):
     of amplitudes below three standard errors, which have no meaning."""
 
     def __repr__(self) -> str:
-        return f"<morgana Modulated light of {self.phase.shape[0]} frequencies>"
+        return f"<morgana.Modulated light of {self.phase.shape[0]} frequencies>"
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -62,7 +62,7 @@ class ModulatedJacobian(Fields):
     """Derivatives of the phase, rad times scene units."""
 
     def __repr__(self) -> str:
-        return f"<morgana ModulatedJacobian of {self.phase.shape[1]} regions and {self.phase.shape[2]} frequencies>"
+        return f"<morgana.ModulatedJacobian of {self.phase.shape[1]} regions and {self.phase.shape[2]} frequencies>"
 
 
 def modulated(records: "Records", frequencies: ArrayLike, metres_per_unit: float, which: Any) -> Modulated:
@@ -142,6 +142,6 @@ def _error(influence: Doubles, particles: int) -> Doubles:
 
 
 def _estimate(mean: Doubles, error: Doubles, names: Dict[str, List[Any]], unit: str, few: Optional[Any], hertz: Doubles, origin: Origin) -> Estimate:
-    axes = {name: None for name in (*names, "frequency", "channel")}
+    axes: Axes = {name: None for name in (*names, "frequency", "channel")}
     made: Estimate = Estimate(mean, error, axes, unit, None, few, {**names, "frequency": hertz.tolist()})._from(origin)
     return made

@@ -150,7 +150,7 @@ def _meter_table(scene: Scene) -> str:
     lines: Dict[Tuple[str, str], List[str]] = {}
     for reading, axes in scene._readings:
         meter, _, quantity = reading.rpartition(".")
-        bins = " × ".join(f"{count} {axis}" for axis, count, _ in axes)
+        bins = " × ".join(f"{count} {axis}" for axis, count, _, _ in axes)
         lines.setdefault((meter or scene.meters[0], bins), []).append(quantity)
     return _table(["meter", "quantities", "bins"], [[*map(html.escape, (meter, ", ".join(of), bins))] for (meter, bins), of in lines.items()])
 

@@ -41,7 +41,8 @@ def rows_of(scene: Scene) -> Dict[str, Row]:
 def by_medium(scene: Scene, names: Iterable[str]) -> Dict[str, Tuple[List[str], Any]]:
     """Returns the parameters of media for each name of a parameter, whose derivatives add up to that
     of the name, and the :class:`Row` of a label's parameter, else ``None``."""
-    rows, found = rows_of(scene), {}
+    rows = rows_of(scene)
+    found: Dict[str, Tuple[List[str], Any]] = {}
     for name in names:
         if name in found:
             raise RenderError(f"{name!r} is listed twice")
@@ -73,7 +74,7 @@ def unique(names: Iterable[Tuple[List[str], Any]]) -> List[str]:
 def added(known: Mapping[str, Tuple[NDArray[Any], NDArray[Any]]], parameters: List[str]) -> Tuple[NDArray[Any], NDArray[Any]]:
     """Returns sums of derivatives and errors by parameters. Where one is not zero, the others are."""
     values, errors = zip(*(known[parameter] for parameter in parameters))
-    return sum(values), sum(errors)
+    return np.sum(values, axis=0), np.sum(errors, axis=0)
 
 
 def row_of(values: NDArray[Any], of: Any, name: str, axis: int) -> NDArray[Any]:

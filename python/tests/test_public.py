@@ -206,6 +206,8 @@ def samples():
         recorded,
         recorded.power(),
         recorded.jacobian(),
+        recorded.modulated([1e8], metres_per_unit=1e-3),
+        recorded.modulated_jacobian([1e8], metres_per_unit=1e-3),
         morgana.derivatives(scene, ["sky.emission"], np.ones((8, 12, len(scene.channels))), spp=2)["sky.emission"],
         morgana.coherence.gaussian(1.3e-3, 1e-4),
         morgana.coherence.a_scan(recorded, [3.0], morgana.coherence.gaussian(0.1, 0.01)),
