@@ -88,9 +88,23 @@ fn varying(
     (context.diagnostics.error_count() == errors).then_some(texture)
 }
 
-/// Reads a phase function that is tabulated at equally spaced cosines.
+/// Reads a phase function that is tabulated at equally spaced cosines, or given by quantiles of the
+/// cosine.
 fn tabulated(query: &mut Query) -> Result<Phase, PhaseError> {
-    let values = query.string("values");
+    const VALUES: &str = "values";
+    const QUANTILES: &str = "quantiles";
+    if query.has(QUANTILES) {
+        if query.has(VALUES) {
+            query.error(QUANTILES, "give 'values' or 'quantiles', not both");
+        }
+        let errors = query.diagnostics().error_count();
+        let quantiles = query.numbers(QUANTILES);
+        if query.diagnostics().error_count() > errors {
+            return Ok(Phase::isotropic());
+        }
+        return Phase::quantiles(quantiles);
+    }
+    let values = query.string(VALUES);
     match numbers(&values) {
         Some(values) if values.len() >= 2 => {
             let last = (values.len() - 1) as f64;
@@ -100,7 +114,7 @@ fn tabulated(query: &mut Query) -> Result<Phase, PhaseError> {
         _ => {
             let message =
                 "'values': expected at least two numbers, at equally spaced cosines from -1 to 1";
-            query.error("values", message);
+            query.error(VALUES, message);
             Ok(Phase::isotropic())
         }
     }

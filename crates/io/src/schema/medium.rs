@@ -193,8 +193,17 @@ pub(super) const PHASES: &[Plugin] = &[
     ),
     plugin(
         "tabphase",
-        "Values at equally spaced cosines.",
-        &[&[list("values", "at least two numbers ≥ 0, from cosine -1 to 1").required()]],
+        "Values at equally spaced cosines, or quantiles of the cosine.",
+        &[&[
+            list(
+                "values",
+                "at least two numbers ≥ 0, from cosine -1 to 1; give values or quantiles",
+            ),
+            list(
+                "quantiles",
+                "cosines that increase from -1 to 1: light is as often scattered to cosines between any two neighbours",
+            ),
+        ]],
         &[],
     ),
 ];

@@ -3,7 +3,7 @@
 use super::parameter::{TO_WORLD, boolean, float, integer, point, tensor, text, word};
 use super::row::{many, one, own_plugin, plugin, role};
 use super::{Parameter, Plugin, Slot};
-use crate::scene::PluginKind::{Bsdf, Emitter, Medium, Sensor, Shape};
+use crate::scene::PluginKind::{Bsdf, Emitter, Medium, Phase, Sensor, Shape};
 
 const COMMON: &[Parameter] = &[
     TO_WORLD,
@@ -126,6 +126,10 @@ const LABEL_CHILDREN: &[Slot] = &[
         Medium,
         "exterior",
         "Medium outside and of label 0; default: the surrounding medium.",
+    ),
+    one(
+        Phase,
+        "The phase function of all rows of properties, instead of their g.",
     ),
     many(Sensor, "Irradiancemeters at the surface around all labels."),
 ];

@@ -11,6 +11,7 @@ mod henyey_greenstein;
 mod isotropic;
 mod mie;
 mod polar;
+mod quantiles;
 mod rayleigh;
 mod sggx;
 mod tabulated;
@@ -21,6 +22,7 @@ pub use by_label::PhaseByLabel;
 pub use henyey_greenstein::HenyeyGreenstein;
 pub use isotropic::Isotropic;
 pub use mie::{Mie, Spheres};
+pub use quantiles::Quantiles;
 pub use rayleigh::Rayleigh;
 pub use sggx::Sggx;
 pub use tabulated::Tabulated;
@@ -123,6 +125,8 @@ pub enum Phase {
     Rayleigh(Rayleigh),
     /// Table of values over the cosine.
     Tabulated(Tabulated),
+    /// Quantiles of the cosine.
+    Quantiles(Arc<Quantiles>),
     /// Mie scattering by spheres of any size.
     Mie(Arc<Mie>),
     /// Oriented flakes.
@@ -220,6 +224,15 @@ impl Phase {
         Tabulated::new(cosines, values).map(Phase::Tabulated)
     }
 
+    /// Creates a phase function that scatters as often to cosines between any two neighbouring
+    /// `quantiles`, which increase strictly from −1 to 1. Between them its density is constant.
+    ///
+    /// # Errors
+    /// Fails like [`Quantiles::new`].
+    pub fn quantiles(quantiles: Vec<f64>) -> Result<Self, PhaseError> {
+        Quantiles::new(quantiles).map(|phase| Phase::Quantiles(Arc::new(phase)))
+    }
+
     /// Returns the phase function of a label of a grid, if it is known.
     pub fn of_label(&self, labels: &Arc<LabelGrid>, label: usize) -> Option<&Phase> {
         match self {
@@ -258,6 +271,7 @@ impl Phase {
             Phase::VonMisesFisher(p) => p.pdf(cos),
             Phase::Rayleigh(p) => p.pdf(cos),
             Phase::Tabulated(p) => p.pdf(cos),
+            Phase::Quantiles(p) => p.pdf(cos),
             Phase::Mie(p) => p.pdf(cos),
             Phase::Sggx(_) => Isotropic.pdf(),
             Phase::Blend(p) => p.pdf(x, cos),
@@ -328,6 +342,7 @@ impl Phase {
             Phase::VonMisesFisher(p) => p.sample(u),
             Phase::Rayleigh(p) => p.sample(u),
             Phase::Tabulated(p) => p.sample(u),
+            Phase::Quantiles(p) => p.sample(u),
             Phase::Mie(p) => p.sample(u),
             Phase::Sggx(_) => Isotropic.sample(u),
             Phase::Blend(p) => p.sample(x, u),
@@ -343,6 +358,7 @@ impl Phase {
             Phase::HenyeyGreensteinGrid(g) => HenyeyGreenstein::of_grid(g, x).mean_cosine(),
             Phase::VonMisesFisher(p) => p.mean_cosine(),
             Phase::Tabulated(p) => p.mean_cosine(),
+            Phase::Quantiles(p) => p.mean_cosine(),
             Phase::Mie(p) => p.mean_cosine(),
             Phase::Sggx(_) => return None,
             Phase::Blend(p) => return p.mean_cosine(x),

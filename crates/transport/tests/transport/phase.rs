@@ -127,6 +127,43 @@ fn the_sample_carries_its_density_and_a_unit_direction() {
     }
 }
 
+/// The sampled cosine is the linear interpolation of quantiles at equal steps of the random number,
+/// as in MCX, and its density is the inverse of the slope.
+#[test]
+fn quantiles_are_interpolated() {
+    let quantiles = [-1.0, -0.5, 0.2, 0.6, 0.8, 0.9, 1.0];
+    let phase = Phase::quantiles(quantiles.to_vec()).unwrap();
+    let mut rng = Rng::new(11);
+    for _ in 0..1000 {
+        let u: [f64; 2] = rng.uniform();
+        let (direction, pdf) = phase.sample(DVec3::ZERO, DIR, u);
+        let (i, t) = ((6.0 * u[0]).floor() as usize, 6.0 * u[0] % 1.0);
+        let width = quantiles[i + 1] - quantiles[i];
+        let expected = quantiles[i] + t * width;
+        assert!((direction.dot(DIR) - expected).abs() < 1e-12, "{u:?}");
+        assert!((pdf * 12.0 * PI * width - 1.0).abs() < 1e-12, "{u:?}");
+    }
+    // The mean of the middles of the intervals.
+    let middles = [-0.75, -0.15, 0.4, 0.7, 0.85, 0.95];
+    assert!((mean_cosine(&phase) - middles.iter().sum::<f64>() / 6.0).abs() < 1e-15);
+    let span = Phase::quantiles(vec![-1.0, 0.5]).unwrap_err();
+    assert_eq!(
+        span,
+        PhaseError::Span {
+            first: -1.0,
+            last: 0.5
+        }
+    );
+    for wrong in [
+        vec![],
+        vec![1.0],
+        vec![-1.0, 0.5, 0.5, 1.0],
+        vec![-1.0, f64::NAN, 1.0],
+    ] {
+        assert!(Phase::quantiles(wrong.clone()).is_err(), "{wrong:?}");
+    }
+}
+
 /// Matrices of flakes: a sphere, a disc, fibres, and a general matrix.
 const MATRICES: [[f64; 6]; 4] = [
     [1.0, 1.0, 1.0, 0.0, 0.0, 0.0],

@@ -2,7 +2,7 @@
 
 use super::super::super::context::Context;
 use super::super::super::division::{LabelCounts, Place, Places};
-use super::table::{LabelMedium, Sameness, Table};
+use super::table::{LabelMedium, Sameness, SharedPhase, Table};
 use crate::diagnostic::lints;
 use crate::scene::ObjectDescription;
 use std::sync::Arc;
@@ -48,6 +48,11 @@ impl Groups {
                 .diagnostics
                 .push(lints::warning(lints::ABSENT_LABELS, message).at(&object.location));
         }
+        let phase = table.phase.as_ref().map(|p| SharedPhase::of(p, context));
+        let shared = match &phase {
+            Some(built) => Some(built.as_ref()?),
+            None => None,
+        };
         // Sort the labels into groups by their index.
         let mut groups: Vec<Group> = Vec::new();
         let mut places = Places::new();
@@ -63,7 +68,7 @@ impl Groups {
                 places.insert(label, Place { part: 0, member: 0 });
                 continue;
             };
-            match meaning.build(label, object, context) {
+            match meaning.build(label, shared, object, context) {
                 Some(medium) => {
                     let place = join(&mut groups, label, medium);
                     right &= place.is_some();

@@ -1,7 +1,7 @@
 //! Media of labels, from nested media or from the rows of a table.
 
 use super::super::super::context::Context;
-use super::super::super::medium;
+use super::super::super::{medium, phase};
 use crate::query::Query;
 use crate::scene::{ObjectDescription, ObjectId, PluginKind};
 use eikonal::field::Constant;
@@ -29,6 +29,14 @@ pub(super) struct Table {
     pub outer_index: Option<f64>,
     /// True if the table has a row for every label, used or not.
     pub is_array: bool,
+    /// Phase function of all rows, instead of their mean cosines.
+    pub phase: Option<Arc<ObjectDescription>>,
+}
+
+/// Phase function of all rows of a table.
+pub(super) struct SharedPhase {
+    pub phase: Phase,
+    pub sameness: Sameness,
 }
 
 /// Identity of a property, by which media are compared without comparing values.
@@ -59,6 +67,12 @@ impl Table {
     pub(super) fn of(object: &ObjectDescription, q: &mut Query) -> Option<Self> {
         let tensor = q.has("properties").then(|| q.tensor("properties"));
         let media = q.children(PluginKind::Medium);
+        let phase = q.child(PluginKind::Phase).cloned();
+        if let Some(phase) = phase.as_ref().filter(|_| tensor.is_none()) {
+            let message =
+                "a phase function of all labels needs 'properties': move it into a medium";
+            q.error_at(&phase.location, message);
+        }
         match tensor {
             Some(_) if !media.is_empty() => {
                 q.error("properties", "give media or 'properties', not both");
@@ -74,14 +88,14 @@ impl Table {
                         )
                     })
                     .ok()?;
-                Some(Table::of_rows(&rows))
+                Some(Table::of_rows(&rows, phase))
             }
             None => Table::of_media(object, q),
         }
     }
 
     /// Makes the table of an array with the rows μ_a, μ_s, g and n, in the order of the labels.
-    fn of_rows(rows: &[[f64; 4]]) -> Self {
+    fn of_rows(rows: &[[f64; 4]], phase: Option<Arc<ObjectDescription>>) -> Self {
         let row = |(label, row): (usize, &[f64; 4])| (label as u32, Meaning::Row(*row));
         let mut meanings: BTreeMap<_, _> = rows.iter().enumerate().map(row).collect();
         // Ignore the row of label 0, except for its index: it stands for the surroundings.
@@ -90,6 +104,7 @@ impl Table {
             meanings,
             outer_index: rows.first().map(|row| row[3]),
             is_array: true,
+            phase,
         }
     }
 
@@ -125,6 +140,7 @@ impl Table {
             meanings,
             outer_index: None,
             is_array: false,
+            phase: None,
         })
     }
 }
@@ -142,18 +158,31 @@ fn ranges(name: &str) -> Option<Vec<RangeInclusive<u32>>> {
     name.split(',').map(range).collect()
 }
 
+impl SharedPhase {
+    /// Builds the phase function that an object describes; `None` after an error.
+    pub(super) fn of(described: &ObjectDescription, context: &mut Context) -> Option<Self> {
+        let errors = context.diagnostics.error_count();
+        let phase = phase::build(described, context);
+        (context.diagnostics.error_count() == errors).then(|| SharedPhase {
+            phase,
+            sameness: Sameness::Object(described.number),
+        })
+    }
+}
+
 impl Meaning {
-    /// Builds the medium; `None` after an error.
+    /// Builds the medium, with a phase function of all rows if there is one; `None` after an error.
     pub(super) fn build(
         &self,
         label: u32,
+        shared: Option<&SharedPhase>,
         object: &ObjectDescription,
         context: &mut Context,
     ) -> Option<LabelMedium> {
         match self {
             Meaning::Described(described) => described_medium(described, context),
             Meaning::Row(row) => {
-                let made = of_row(label, *row);
+                let made = of_row(label, *row, shared);
                 context.accept(&object.location, made)
             }
         }
@@ -200,7 +229,11 @@ enum RowError {
 }
 
 /// Builds the medium of a label from a row of the table.
-fn of_row(label: u32, [mu_a, mu_s, g, n]: [f64; 4]) -> Result<LabelMedium, RowError> {
+fn of_row(
+    label: u32,
+    [mu_a, mu_s, g, n]: [f64; 4],
+    shared: Option<&SharedPhase>,
+) -> Result<LabelMedium, RowError> {
     let coefficient = "at least 0";
     for (name, value) in [("mu_a", mu_a), ("mu_s", mu_s)] {
         if value < 0.0 {
@@ -210,12 +243,23 @@ fn of_row(label: u32, [mu_a, mu_s, g, n]: [f64; 4]) -> Result<LabelMedium, RowEr
     if !crate::schema::NumberRange::INDEX.contains(n) {
         return Err(RowError::Range(label, "n", n, "from 0.001 to 1000"));
     }
-    // With g = 1 scattering does not change the direction, so it can be omitted.
-    let mu_s = if g == 1.0 { 0.0 } else { mu_s };
+    // With g = 1 scattering does not change the direction, so it can be omitted. A phase function of
+    // all rows replaces g.
+    let mu_s = if g == 1.0 && shared.is_none() {
+        0.0
+    } else {
+        mu_s
+    };
     let total = mu_a + mu_s;
     let albedo = if total > 0.0 { mu_s / total } else { 0.0 };
     let g = if mu_s == 0.0 { 0.0 } else { g };
-    let phase = Phase::henyey_greenstein(g).map_err(|e| RowError::Phase(label, e))?;
+    let (phase, sameness) = match shared {
+        Some(shared) => (shared.phase.clone(), shared.sameness),
+        None => {
+            let phase = Phase::henyey_greenstein(g).map_err(|e| RowError::Phase(label, e))?;
+            (phase, Sameness::Number(g.to_bits()))
+        }
+    };
     let name = format!("label {label}");
     let medium = Medium::homogeneous(
         name,
@@ -228,6 +272,6 @@ fn of_row(label: u32, [mu_a, mu_s, g, n]: [f64; 4]) -> Result<LabelMedium, RowEr
         is_uniform: true,
         is_open: false,
         index: Sameness::Number(n.to_bits()),
-        phase: Sameness::Number(g.to_bits()),
+        phase: sameness,
     })
 }
