@@ -1,7 +1,7 @@
 //! Emitters.
 
 use super::parameter::{
-    TO_WORLD, boolean, float, integer, point, spectrum, tensor, text, vector, word,
+    TO_WORLD, boolean, float, integer, list, point, spectrum, tensor, text, vector, word,
 };
 use super::row::{one, own_plugin, plugin, role, texture};
 use super::{Parameter, Plugin, Slot};
@@ -34,12 +34,23 @@ const APERTURE: &[Parameter] = &[
     float("radius", "radius of a disc or Gaussian, scene units")
         .positive()
         .or_computed("a thousandth of the scene"),
+    float(
+        "inner_radius",
+        "radius of the dark middle of a disc, below radius, scene units",
+    )
+    .at_least(0.0)
+    .or(0.0),
     float("width", "width of a rectangle along local x, scene units")
         .positive()
         .or_computed("a thousandth of the scene"),
     float("height", "height of a rectangle along local y, scene units")
         .positive()
         .or_computed("a thousandth of the scene"),
+    float(
+        "skew",
+        "displacement along local x of the side of a rectangle at larger y, from the side at smaller y: a parallelogram, scene units",
+    )
+    .or(0.0),
 ];
 
 const BEAM: &[Parameter] = &[
@@ -54,14 +65,38 @@ const FIBER: &[Parameter] = &[
         "numerical aperture n sin θ₀, at most the index at the end; give numerical_aperture or cutoff_angle",
     )
     .positive(),
-    float("cutoff_angle", "angle θ₀ in degrees")
-        .positive()
-        .at_most(90.0),
+    float(
+        "cutoff_angle",
+        "angle θ₀ in degrees, at most 180 for uniform and fan, otherwise at most 90",
+    )
+    .positive()
+    .at_most(180.0),
     word(
         "angular_profile",
-        &["uniform", "lambertian", "gaussian"],
-        "angular profile: equal intensity within θ₀, equal radiance within θ₀, or radiance ∝ exp(−2 sin²θ/sin²θ₀)",
+        &[
+            "uniform",
+            "lambertian",
+            "gaussian",
+            "fan",
+            "slopes",
+            "angles",
+        ],
+        "angular profile: equal intensity within θ₀, equal radiance within θ₀, radiance ∝ exp(−2 sin²θ/sin²θ₀), a fan perpendicular to local x, normal slopes, or a distribution of angles",
     ),
+    list(
+        "slopes",
+        "standard deviations of the slopes along local x and y, for slopes",
+    ),
+    list(
+        "angles",
+        "increasing angles in degrees, 0 to 180, for angles",
+    ),
+    list(
+        "angle_weights",
+        "relative power between neighbouring angles, one fewer than angles",
+    )
+    .or_computed("equal"),
+    vector("axis", "direction of the light in the local frame").or_computed("+z"),
     float(
         "focus",
         "distance of the point to which the axes of all cones converge; < 0 for a point from which they diverge",

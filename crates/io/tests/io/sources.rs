@@ -74,7 +74,7 @@ fn sources_of_the_guide_emit_one_watt() {
     let folder = tempfile::tempdir().unwrap();
     write_files(folder.path());
     let all = emitters();
-    assert_eq!(all.len(), 14);
+    assert_eq!(all.len(), 16);
     for emitter in all {
         let path = folder.path().join("scene.json");
         let film = r#""film": {"type": "hdrfilm", "pixel_format": "luminance"}"#;

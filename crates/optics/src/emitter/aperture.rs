@@ -3,7 +3,7 @@
 use super::picture::Picture;
 use super::slide::Slide;
 use crate::sampling::disc::{
-    gaussian_disc_pdf, gaussian_disc_sample, uniform_disc_pdf, uniform_disc_sample,
+    disc_to_ring, gaussian_disc_pdf, gaussian_disc_sample, uniform_disc_pdf, uniform_disc_sample,
 };
 use crate::sampling::{DistributionError, Frame};
 use crate::{Orientation, Spectrum};
@@ -19,6 +19,13 @@ pub enum BeamProfile {
         /// Radius of the disc.
         radius: f64,
     },
+    /// Constant between two circles.
+    Annulus {
+        /// Radius of the inner circle, below the radius of the outer circle.
+        inner: f64,
+        /// Radius of the outer circle.
+        radius: f64,
+    },
     /// Gaussian exp(−2r²/w²).
     Gaussian {
         /// Radius w at which the irradiance is 1/e² of its value on the axis.
@@ -31,6 +38,16 @@ pub enum BeamProfile {
         /// Extent along local y.
         height: f64,
     },
+    /// Constant inside a parallelogram with two sides along local x.
+    Parallelogram {
+        /// Length of the sides along local x.
+        width: f64,
+        /// Distance between these sides, along local y.
+        height: f64,
+        /// Displacement along local x of the side at larger y, from the side at smaller y; of any
+        /// sign.
+        skew: f64,
+    },
 }
 
 impl BeamProfile {
@@ -38,24 +55,31 @@ impl BeamProfile {
     fn area(self) -> f64 {
         match self {
             BeamProfile::Disc { radius } => PI * radius * radius,
+            BeamProfile::Annulus { inner, radius } => PI * (radius - inner) * (radius + inner),
             BeamProfile::Gaussian { waist } => 0.5 * PI * waist * waist,
-            BeamProfile::Rectangle { width, height } => width * height,
+            BeamProfile::Rectangle { width, height }
+            | BeamProfile::Parallelogram { width, height, .. } => width * height,
         }
     }
 
     /// Returns the radius that contains most of the light.
     fn radius(self) -> f64 {
         match self {
-            BeamProfile::Disc { radius } => radius,
+            BeamProfile::Disc { radius } | BeamProfile::Annulus { radius, .. } => radius,
             BeamProfile::Gaussian { waist } => waist,
             BeamProfile::Rectangle { width, height } => 0.5 * width.hypot(height),
+            BeamProfile::Parallelogram {
+                width,
+                height,
+                skew,
+            } => 0.5 * (width + skew.abs()).hypot(height),
         }
     }
 
     /// Returns the radius beyond which the light is negligible.
     fn reach(self) -> f64 {
         match self {
-            BeamProfile::Rectangle { .. } => self.radius(),
+            BeamProfile::Rectangle { .. } | BeamProfile::Parallelogram { .. } => self.radius(),
             _ => 3.0 * self.radius(),
         }
     }
@@ -64,9 +88,18 @@ impl BeamProfile {
     fn relative(self, p: DVec2) -> f64 {
         let within = match self {
             BeamProfile::Disc { radius } => p.length() <= radius,
+            BeamProfile::Annulus { inner, radius } => (inner..=radius).contains(&p.length()),
             BeamProfile::Gaussian { waist } => return (-2.0 * (p.length() / waist).powi(2)).exp(),
             BeamProfile::Rectangle { width, height } => {
                 p.x.abs() <= 0.5 * width && p.y.abs() <= 0.5 * height
+            }
+            BeamProfile::Parallelogram {
+                width,
+                height,
+                skew,
+            } => {
+                let y = p.y / height;
+                (p.x - y * skew).abs() <= 0.5 * width && y.abs() <= 0.5
             }
         };
         f64::from(u8::from(within))
@@ -76,9 +109,20 @@ impl BeamProfile {
     fn sample(self, u: [f64; 2]) -> DVec2 {
         match self {
             BeamProfile::Disc { radius } => radius * uniform_disc_sample(u),
+            BeamProfile::Annulus { inner, radius } => {
+                radius * disc_to_ring(inner / radius, uniform_disc_sample(u))
+            }
             BeamProfile::Gaussian { waist } => gaussian_disc_sample(deviation(waist), u),
             BeamProfile::Rectangle { width, height } => {
                 DVec2::new((u[0] - 0.5) * width, (u[1] - 0.5) * height)
+            }
+            BeamProfile::Parallelogram {
+                width,
+                height,
+                skew,
+            } => {
+                let [x, y] = u.map(|u| u - 0.5);
+                DVec2::new(x * width + y * skew, y * height)
             }
         }
     }
@@ -88,7 +132,7 @@ impl BeamProfile {
         match self {
             BeamProfile::Disc { radius } => uniform_disc_pdf(p / radius) / (radius * radius),
             BeamProfile::Gaussian { waist } => gaussian_disc_pdf(deviation(waist), p),
-            BeamProfile::Rectangle { .. } => self.relative(p) / self.area(),
+            _ => self.relative(p) / self.area(),
         }
     }
 }
@@ -147,6 +191,21 @@ impl Aperture {
         })
     }
 
+    /// Returns the aperture with its rectangle, and the image of the rectangle, sheared into a
+    /// parallelogram: `skew` is the displacement along local x of the side at larger y, from the
+    /// side at smaller y. Round apertures do not change.
+    pub fn with_skew(self, skew: f64) -> Self {
+        let profile = match self.profile {
+            BeamProfile::Rectangle { width, height } => BeamProfile::Parallelogram {
+                width,
+                height,
+                skew,
+            },
+            round => round,
+        };
+        Aperture { profile, ..self }
+    }
+
     /// Returns the aperture displaced by `shift`.
     pub(crate) fn moved(mut self, shift: DVec3) -> Self {
         self.origin += shift;
@@ -158,7 +217,12 @@ impl Aperture {
         self.origin
     }
 
-    /// Returns the unit direction of the light at the centre.
+    /// Returns the frame: local +z is the normal of the plane, on the side of the light.
+    pub(super) fn frame(&self) -> &Frame {
+        &self.frame
+    }
+
+    /// Returns the unit normal of the plane, on the side of the light.
     pub fn direction(&self) -> DVec3 {
         self.frame.n
     }
@@ -244,7 +308,9 @@ impl Aperture {
     fn to_local(&self, point: DVec3) -> DVec2 {
         let offset = point - self.origin;
         match self.profile {
-            BeamProfile::Rectangle { .. } => self.frame.to_local(offset).truncate(),
+            BeamProfile::Rectangle { .. } | BeamProfile::Parallelogram { .. } => {
+                self.frame.to_local(offset).truncate()
+            }
             _ => DVec2::new(offset.reject_from_normalized(self.frame.n).length(), 0.0),
         }
     }
@@ -253,6 +319,14 @@ impl Aperture {
     fn coordinates(&self, p: DVec2) -> [f64; 2] {
         match self.profile {
             BeamProfile::Rectangle { width, height } => [0.5 - p.x / width, 0.5 - p.y / height],
+            BeamProfile::Parallelogram {
+                width,
+                height,
+                skew,
+            } => {
+                let y = p.y / height;
+                [0.5 - (p.x - y * skew) / width, 0.5 - y]
+            }
             _ => [0.5; 2],
         }
     }

@@ -1,32 +1,18 @@
 //! End of an optical fibre: an aperture that radiates into a cone.
 
+use super::angular_profile::{AngularProfile, Edge};
 use super::aperture::Aperture;
 use crate::Spectrum;
 use crate::sampling::Frame;
-use crate::sampling::disc::{
-    truncated_gaussian_disc_pdf, truncated_gaussian_disc_sample, uniform_disc_pdf,
-    uniform_disc_sample,
-};
-use crate::sampling::sphere::{uniform_cone_sample, uniform_sphere_pdf};
-use glam::{DVec2, DVec3};
-use std::f64::consts::TAU;
-
-/// Angular distribution of the light of a fibre. θ is the angle from the axis, θ₀ the angle of the
-/// edge.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum AngularProfile {
-    /// Same intensity for θ ≤ θ₀: uniform in solid angle.
-    Uniform,
-    /// Same radiance for θ ≤ θ₀: intensity proportional to cos θ.
-    Lambertian,
-    /// Radiance proportional to exp(−2 sin²θ/sin²θ₀), over the whole hemisphere.
-    Gaussian,
-}
+use crate::sampling::sphere::uniform_sphere_pdf;
+use glam::DVec3;
+use std::f64::consts::FRAC_PI_2;
 
 /// Divergence of the light of a fibre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Divergence {
-    /// Half angle θ₀ of the cone in radians, in (0, π/2].
+    /// Half angle θ₀ of the cone in radians, above 0 and at most
+    /// [`AngularProfile::max_edge`].
     HalfAngle(f64),
     /// Numerical aperture: sin θ₀ = NA/n in a medium of index n at the centre of the aperture, 0 <
     /// NA ≤ n.
@@ -39,8 +25,9 @@ pub struct Fiber {
     aperture: Aperture,
     profile: AngularProfile,
     divergence: Divergence,
-    /// Sine of θ₀.
-    sin: f64,
+    edge: Edge,
+    /// Unit vector along the axis of the cone of the centre.
+    axis: DVec3,
     /// Distance of the focus, if there is one.
     focus: Option<f64>,
     /// Irradiance of the aperture on its axis; with an image, the irradiance where the image is
@@ -59,11 +46,13 @@ impl Fiber {
         power: Spectrum,
     ) -> Self {
         let peak = aperture.peak(power);
+        let is_wide = matches!(divergence, Divergence::HalfAngle(angle) if angle > FRAC_PI_2);
         Fiber {
+            axis: aperture.direction(),
             aperture,
             profile,
             divergence,
-            sin: 1.0,
+            edge: Edge { sine: 1.0, is_wide },
             focus: None,
             peak,
         }
@@ -80,15 +69,25 @@ impl Fiber {
         }
     }
 
+    /// Rotates the axes of all cones from the normal of the aperture to a `direction`, which is not
+    /// zero. A focus lies along this direction from the centre.
+    pub fn with_axis(self, direction: DVec3) -> Self {
+        Fiber {
+            axis: direction.normalize(),
+            ..self
+        }
+    }
+
     /// Returns the fibre in a medium of index `n` > 0.
     pub fn in_medium(self, n: f64) -> Self {
-        let sin = match self.divergence {
+        let sine = match self.divergence {
             Divergence::HalfAngle(angle) => angle.sin(),
             // Planted error "numerical apertures taken in vacuum", found by morgana-transport/transport::sources::shares::nothing_is_beside_the_cone:
             // Divergence::NumericalAperture(aperture) => aperture * (n / n),
             Divergence::NumericalAperture(aperture) => aperture / n,
         };
-        Fiber { sin, ..self }
+        let edge = Edge { sine, ..self.edge };
+        Fiber { edge, ..self }
     }
 
     /// Returns the fibre displaced by `shift`.
@@ -100,6 +99,16 @@ impl Fiber {
     /// Returns the aperture.
     pub fn aperture(&self) -> &Aperture {
         &self.aperture
+    }
+
+    /// Returns the angular distribution of the light.
+    pub fn profile(&self) -> &AngularProfile {
+        &self.profile
+    }
+
+    /// Returns the unit direction of the light at the centre of the aperture.
+    pub fn direction(&self) -> DVec3 {
+        self.axis
     }
 
     /// Returns the divergence of the light.
@@ -120,14 +129,15 @@ impl Fiber {
     /// Returns the sine of the half angle of the cone, in the medium at its centre. It exceeds 1 if
     /// the numerical aperture is larger than the index there.
     pub fn sin(&self) -> f64 {
-        self.sin
+        self.edge.sine
     }
 
     /// Returns the approximate fraction of the aperture whose cones contain a point in the beam.
     /// The point is at `distance` from the aperture, or at the focus if there is one. The fraction
     /// is the probability that a connection contributes.
     pub fn share_seen(&self, distance: f64) -> f64 {
-        let spot = self.edge() * self.focus.map_or(distance, f64::abs);
+        let sine = self.profile.spread(self.edge);
+        let spot = sine * self.focus.map_or(distance, f64::abs);
         (spot / self.aperture.radius()).powi(2).min(1.0)
     }
 
@@ -158,55 +168,41 @@ impl Fiber {
 
     /// Returns the axis of the cone of a point.
     fn axis(&self, point: DVec3) -> DVec3 {
-        let axis = self.aperture.direction();
         let turned = |focus: f64| {
-            let to = self.aperture.origin() + axis * focus;
+            let to = self.aperture.origin() + self.axis * focus;
             ((to - point) * focus.signum()).try_normalize()
         };
-        self.focus.and_then(turned).unwrap_or(axis)
+        self.focus.and_then(turned).unwrap_or(self.axis)
+    }
+
+    /// Returns a frame with +z along the axis of a cone. Its +x is closest to +x of the aperture.
+    fn frame(&self, axis: DVec3) -> Frame {
+        Frame::along(axis, self.aperture.frame().s)
     }
 
     /// Samples a direction in which light leaves a point, with density proportional to the
     /// intensity.
     pub(super) fn sample(&self, point: DVec3, u: [f64; 2]) -> DVec3 {
-        let lifted = |p: DVec2| p.extend((1.0 - p.length_squared()).max(0.0).sqrt());
-        let local = match self.profile {
-            AngularProfile::Uniform => uniform_cone_sample(self.cap(), u),
-            AngularProfile::Lambertian => lifted(self.edge() * uniform_disc_sample(u)),
-            AngularProfile::Gaussian => {
-                lifted(truncated_gaussian_disc_sample(0.5 * self.edge(), u))
-            }
+        let axis = self.axis(point);
+        let frame = if self.profile.depends_on_azimuth() {
+            self.frame(axis)
+        } else {
+            Frame::from_normal(axis)
         };
-        Frame::from_normal(self.axis(point))
-            .to_world(local)
+        frame
+            .to_world(self.profile.sample(self.edge, u))
             .normalize()
     }
 
     /// Returns the density of [`Fiber::sample`] per steradian.
     pub(super) fn pdf(&self, point: DVec3, direction: DVec3) -> f64 {
-        let (axis, edge) = (self.axis(point), self.edge());
-        let cos = axis.dot(direction);
+        let axis = self.axis(point);
+        if self.profile.depends_on_azimuth() {
+            let local = self.frame(axis).to_local(direction);
+            return self.profile.pdf(self.edge, local);
+        }
         // Unlike √(1 − cos²), the cross product keeps its digits in a narrow cone.
-        let p = DVec2::new(axis.cross(direction).length(), 0.0);
-        if cos <= 0.0 {
-            return 0.0;
-        }
-        match self.profile {
-            AngularProfile::Uniform if p.x <= edge => 1.0 / (TAU * self.cap()),
-            AngularProfile::Uniform => 0.0,
-            AngularProfile::Lambertian => cos * uniform_disc_pdf(p / edge) / (edge * edge),
-            AngularProfile::Gaussian => cos * truncated_gaussian_disc_pdf(0.5 * edge, p),
-        }
-    }
-
-    /// Returns the sine of the half angle, at most 1.
-    fn edge(&self) -> f64 {
-        self.sin.min(1.0)
-    }
-
-    /// Returns the height 1 − cos of the cap that the cone cuts out of the unit sphere.
-    fn cap(&self) -> f64 {
-        let sin2 = self.edge() * self.edge();
-        sin2 / (1.0 + (1.0 - sin2).sqrt())
+        let (cos, sin) = (axis.dot(direction), axis.cross(direction).length());
+        self.profile.round_pdf(self.edge, cos, sin)
     }
 }

@@ -5,6 +5,7 @@
 //! ([`Emission`]). The module `path` handles radiometric factors that depend on the ray in between,
 //! and the division by n² that turns radiance into basic radiance.
 
+mod angular_profile;
 mod aperture;
 mod collimated;
 mod distant_disc;
@@ -27,13 +28,14 @@ mod values;
 mod volume_light;
 
 pub use crate::connection_end::{ConnectionEnd, EndSample, OnSurface};
+pub use angular_profile::AngularProfile;
 pub use aperture::{Aperture, BeamProfile};
 pub use collimated::Collimated;
 pub use distant_disc::{DiscError, DistantDisc};
 pub use emission::Emission;
 pub use environment::{Environment, ImageError};
 pub use environment_map::EnvironmentMap;
-pub use fiber::{AngularProfile, Divergence, Fiber};
+pub use fiber::{Divergence, Fiber};
 pub use luminaire::{Luminaire, LuminaireError};
 pub use point_on_face::PointOnFace;
 pub use projector::Projector;

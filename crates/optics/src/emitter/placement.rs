@@ -28,6 +28,7 @@ impl Emitter {
     /// position, if there is one.
     pub fn axis(&self) -> Option<DVec3> {
         each_spot!(self, e => Some(e.axis()), {
+            Emitter::Fiber(fiber) => Some(fiber.direction()),
             _ => self.aperture().map(Aperture::direction),
         })
     }

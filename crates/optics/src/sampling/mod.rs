@@ -69,6 +69,14 @@ pub enum DistributionError {
         /// Index of the first edge or node that is out of order.
         index: usize,
     },
+    /// An edge or node lies outside the range of the variable.
+    #[error("{} lies outside {} to {}", Shown(*position), Shown(range[0]), Shown(range[1]))]
+    Outside {
+        /// Edge or node.
+        position: f64,
+        /// Smallest and largest value of the variable.
+        range: [f64; 2],
+    },
     /// All values are zero, or their sum overflows.
     #[error("{}", if *total > 0.0 { "the sum of all values is too large for a number" } else { "all values are 0, but one at least must be positive" })]
     Total {

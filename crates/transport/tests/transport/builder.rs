@@ -186,7 +186,7 @@ fn beams_and_fibers_have_sizes() {
         let numerical = fiber(Divergence::NumericalAperture(size));
         assert_eq!(wrong_light(numerical), expected("numerical_aperture"));
         let half_angle = wrong_light(fiber(Divergence::HalfAngle(size)));
-        let expected = "emitter 1: half_angle: must be above 0 and at most 90 degrees";
+        let expected = "emitter 1: half_angle: must be above 0 and at most 180 degrees";
         assert!(half_angle.starts_with(expected), "{half_angle}");
     }
     let focus = fiber(Divergence::HalfAngle(0.1)).with_focus(0.0);

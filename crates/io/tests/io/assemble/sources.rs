@@ -15,6 +15,7 @@ const CONE: &str = "<float name=\"cutoff_angle\" value=\"10\"/>";
 #[test]
 fn apertures_that_are_refused() {
     let float = |name: &str, value: f64| format!("<float name=\"{name}\" value=\"{value}\"/>");
+    let string = |name: &str, value: &str| format!("<string name=\"{name}\" value=\"{value}\"/>");
     let rectangle = "<string name=\"profile\" value=\"rectangle\"/>";
     let picture = "<texture name=\"texture\" type=\"checkerboard\"/>";
     for (plugin, contents, expected) in [
@@ -52,8 +53,58 @@ fn apertures_that_are_refused() {
         ),
         (
             "fiber",
-            format!("{POWER}{}", float("cutoff_angle", 91.0)),
+            format!("{POWER}{}", float("cutoff_angle", 181.0)),
             "cutoff_angle",
+        ),
+        (
+            "fiber",
+            format!(
+                "{POWER}{}{}",
+                float("cutoff_angle", 91.0),
+                string("angular_profile", "lambertian")
+            ),
+            "cutoff_angle",
+        ),
+        (
+            "fiber",
+            format!("{POWER}{}", string("angular_profile", "angles")),
+            "angles",
+        ),
+        (
+            "fiber",
+            format!(
+                "{POWER}{}{}",
+                string("angular_profile", "angles"),
+                string("angles", "0, 200")
+            ),
+            "from 0 to 180 degrees, not 200",
+        ),
+        (
+            "fiber",
+            format!(
+                "{POWER}{}{}",
+                string("angular_profile", "slopes"),
+                string("slopes", "0.1, 0.2")
+            ),
+            "needs the profile 'rectangle'",
+        ),
+        (
+            "fiber",
+            format!(
+                "{POWER}{rectangle}{}{}",
+                string("angular_profile", "slopes"),
+                string("slopes", "0.1")
+            ),
+            "two standard deviations above 0",
+        ),
+        (
+            "collimated",
+            format!(
+                "{POWER}{}{}",
+                float("radius", 1.0),
+                float("inner_radius", 1.0)
+            ),
+            "inner_radius",
         ),
         (
             "fiber",

@@ -4,7 +4,7 @@ use super::checks::Problems;
 use crate::emitter::{BeamProfile, Divergence, Emitter, Fiber, Spot, Surroundings};
 use eikonal::Shown;
 use glam::DVec3;
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::PI;
 use std::ops::RangeInclusive;
 
 /// Range of lengths with finite squares and reciprocals of squares.
@@ -77,7 +77,9 @@ impl Problems {
     fn fiber(&mut self, subject: &str, fiber: &Fiber) {
         self.profile(subject, fiber.aperture().profile());
         match fiber.divergence() {
-            Divergence::HalfAngle(angle) => self.angle(subject, "half_angle", angle, FRAC_PI_2),
+            Divergence::HalfAngle(angle) => {
+                self.angle(subject, "half_angle", angle, fiber.profile().max_edge());
+            }
             Divergence::NumericalAperture(aperture) => {
                 self.length(subject, "numerical_aperture", aperture);
             }
@@ -90,8 +92,19 @@ impl Problems {
     fn profile(&mut self, subject: &str, profile: BeamProfile) {
         match profile {
             BeamProfile::Disc { radius } => self.length(subject, "radius", radius),
+            BeamProfile::Annulus { inner, radius } => {
+                self.length(subject, "radius", radius);
+                if !(0.0..radius).contains(&inner) {
+                    let message = format!(
+                        "must be at least 0 and below the radius, but it is {}",
+                        Shown(inner)
+                    );
+                    self.add(subject.into(), Some("inner"), message);
+                }
+            }
             BeamProfile::Gaussian { waist } => self.length(subject, "waist", waist),
-            BeamProfile::Rectangle { width, height } => {
+            BeamProfile::Rectangle { width, height }
+            | BeamProfile::Parallelogram { width, height, .. } => {
                 self.length(subject, "width", width);
                 self.length(subject, "height", height);
             }

@@ -28,13 +28,17 @@ struct Case {
 }
 
 enum Light {
-    Emitter(Emitter),
+    Emitter(Box<Emitter>),
     /// Texture of the panel.
     Texture(Texture),
     /// Emission of the haze.
     Medium(VolumeTexture),
     /// Emission of the haze's two labels.
     Labels(Vec<Spectrum>),
+}
+
+fn lit_by(emitter: Emitter) -> Light {
+    Light::Emitter(Box::new(emitter))
 }
 
 fn case(name: &'static str, shape: &'static [usize], light: fn(&[[f64; 2]]) -> Light) -> Case {
@@ -84,15 +88,11 @@ fn picture(values: &[[f64; 2]], filter: BitmapFilter) -> Aperture {
 
 fn cases() -> Vec<Case> {
     vec![
-        case("point", &[], |v| {
-            Light::Emitter(Emitter::point(ABOVE, two(v[0])))
-        }),
-        case("constant", &[], |v| {
-            Light::Emitter(Emitter::constant(two(v[0])))
-        }),
+        case("point", &[], |v| lit_by(Emitter::point(ABOVE, two(v[0])))),
+        case("constant", &[], |v| lit_by(Emitter::constant(two(v[0])))),
         case("area", &[], |v| Light::Texture(two(v[0]).into())),
         case("directional", &[], |v| {
-            Light::Emitter(Emitter::Directional {
+            lit_by(Emitter::Directional {
                 direction: DVec3::new(0.0, -0.6, 0.8),
                 irradiance: two(v[0]),
             })
@@ -100,19 +100,17 @@ fn cases() -> Vec<Case> {
         case("beam", &[], |v| {
             let profile = BeamProfile::Disc { radius: 0.5 };
             let beam = Collimated::new(ABOVE, DVec3::NEG_Y, profile, two(v[0]));
-            Light::Emitter(beam.into())
+            lit_by(beam.into())
         }),
         case("fibre", &[], |v| {
             let aperture = Aperture::new(ABOVE, DVec3::NEG_Y, BeamProfile::Disc { radius: 0.3 });
             let angle = Divergence::HalfAngle(0.5);
-            Light::Emitter(
-                Fiber::new(aperture, AngularProfile::Lambertian, angle, two(v[0])).into(),
-            )
+            lit_by(Fiber::new(aperture, AngularProfile::Lambertian, angle, two(v[0])).into())
         }),
         case("spot", &[2, 3], |v| {
             let spot = Spot::new(ABOVE, DVec3::NEG_Y, Spectrum::splat(20.0), 0.5, 0.3);
             let thrown = spot.with_texture(downwards(), bitmap(v, BitmapFilter::Bilinear));
-            Light::Emitter(thrown.unwrap().into())
+            lit_by(thrown.unwrap().into())
         }),
         case("projector", &[2, 3], |v| {
             let slide = Slide {
@@ -122,7 +120,7 @@ fn cases() -> Vec<Case> {
                 wrap: Wrap::Repeat,
             };
             let projector = Projector::new(ABOVE, downwards(), 0.8, slide).unwrap();
-            Light::Emitter(Emitter::Projector(Arc::new(projector)))
+            lit_by(Emitter::Projector(Arc::new(projector)))
         }),
         // Give an irradiance where the image is one.
         case("image of a beam", &[2, 3], |v| {
@@ -131,7 +129,7 @@ fn cases() -> Vec<Case> {
                 picture(&half, BitmapFilter::Bilinear),
                 Spectrum::splat(2.0),
             );
-            Light::Emitter(beam.into())
+            lit_by(beam.into())
         }),
         // Give a total power, which is the mean irradiance times the area.
         case("image of a fibre", &[2, 3], |v| {
@@ -140,7 +138,7 @@ fn cases() -> Vec<Case> {
             let profile = AngularProfile::Lambertian;
             let aperture = picture(v, BitmapFilter::Nearest);
             let fiber = Fiber::new(aperture, profile, Divergence::HalfAngle(0.5), power);
-            Light::Emitter(fiber.into())
+            lit_by(fiber.into())
         }),
         case("panel", &[2, 3], |v| {
             Light::Texture(bitmap(v, BitmapFilter::Bilinear))
@@ -156,11 +154,11 @@ fn cases() -> Vec<Case> {
         case("envmap", &[3, 4], |v| {
             let pixels = v.iter().map(|v| two(*v)).collect();
             let map = Environment::image(4, 3, pixels, Orientation::IDENTITY);
-            Light::Emitter(Emitter::Environment(map.unwrap()))
+            lit_by(Emitter::Environment(map.unwrap()))
         }),
         case("volume", &[2, 1, 2], |v| {
             let light = VolumeLight::new(voxels(v, GridFilter::Trilinear), Spectrum::ONE);
-            Light::Emitter(Emitter::Volume(Arc::new(light.unwrap())))
+            lit_by(Emitter::Volume(Arc::new(light.unwrap())))
         }),
         case("medium", &[], |v| {
             Light::Medium(VolumeTexture::Uniform(two(v[0])))
@@ -207,7 +205,7 @@ impl Case {
         ];
         let mut emitters = Vec::new();
         match (self.light)(values) {
-            Light::Emitter(emitter) => emitters.push(emitter),
+            Light::Emitter(emitter) => emitters.push(*emitter),
             Light::Texture(texture) => {
                 let place = DAffine3::from_translation(DVec3::Y * 1.6)
                     * DAffine3::from_rotation_x(std::f64::consts::FRAC_PI_2);

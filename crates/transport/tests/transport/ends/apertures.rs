@@ -3,7 +3,7 @@
 use crate::ends::support::*;
 use glam::DVec3;
 use morgana_transport::emitter::{
-    AngularProfile, Aperture, Collimated, Divergence, Emitter, Fiber, Slide,
+    AngularProfile, Aperture, BeamProfile, Collimated, Divergence, Emitter, Fiber, Slide,
 };
 use morgana_transport::texture::{BitmapFilter, Wrap};
 use morgana_transport::{Orientation, Spectrum};
@@ -55,6 +55,124 @@ fn starts_on_rectangles_follow_their_density() {
         family.push(name, report.unwrap().p_value);
     }
     family.check().unwrap();
+}
+
+/// Starts on a ring have a uniform square of the radius, and on a parallelogram uniform coordinates
+/// along its sides; the density of ends is constant there. Irradiance is zero in the middle of the
+/// ring and beside the parallelogram.
+#[test]
+fn starts_on_rings_and_parallelograms() {
+    let mut family = Family::new(FALSE_ALARM);
+    let [inner, radius, skew] = [0.2, 0.3, 0.5];
+    let ring = BeamProfile::Annulus { inner, radius };
+    let ring = Collimated::through(Aperture::new(ORIGIN, axis(), ring), color());
+    let sheared = Collimated::through(rectangle(Some(color())).with_skew(skew), color());
+    let [width, height] = SIZE;
+    let area = std::f64::consts::PI * (radius * radius - inner * inner);
+    let of_ring = |rng: &mut Rng| {
+        let emission = emit(&ring.clone().into(), &[], rng.uniform()).unwrap();
+        assert!((emission.pdf * area - 1.0).abs() < 1e-12);
+        let [r, turn] = polar(emission.x, ORIGIN, axis());
+        Some([
+            (r * r - inner * inner) / (radius * radius - inner * inner),
+            turn,
+        ])
+    };
+    let turns = std::f64::consts::PI;
+    let table = Table::new(uniform_edges(0.0, 1.0, 10), uniform_edges(-turns, turns, 8));
+    let report = table.test(5, 50_000, Mass::Exactly(1.0), of_ring, |_| 0.5 / turns);
+    family.push("ring", report.unwrap().p_value);
+    // Relative irradiance of the sheared image is that of the image at equal coordinates.
+    let plain = Collimated::through(rectangle(Some(color())), color());
+    for (x, y) in [(0.1, -0.15), (-0.3, 0.19), (0.34, 0.0)] {
+        let moved = sheared.irradiance(place([x + skew * y / height, y]));
+        assert!((moved[0] - plain.irradiance(place([x, y]))[0]).abs() < 1e-12);
+    }
+    assert_eq!(
+        sheared.irradiance(place([0.5 * width, -0.4 * height])),
+        Spectrum::ZERO
+    );
+    assert_eq!(ring.irradiance(ORIGIN), Spectrum::ZERO);
+    assert!((sheared.power()[0] - color()[0]).abs() < 1e-12);
+    let of_sheared = |rng: &mut Rng| {
+        let [x, y] = local(emit(&sheared.clone().into(), &[], rng.uniform())?.x);
+        Some([x - skew * y / height, y])
+    };
+    let edges = |length: f64| uniform_edges(-0.5 * length, 0.5 * length, 12);
+    let table = Table::new(edges(width), edges(height));
+    let sheared_end = end();
+    let pdf = |p: [f64; 2]| {
+        let plain: Emitter = plain.clone().into();
+        pdf_emit(&plain, &sheared_end, place(p), axis())
+    };
+    let report = table.test(7, 50_000, Mass::Exactly(1.0), of_sheared, pdf);
+    family.push("parallelogram", report.unwrap().p_value);
+    family.check().unwrap();
+}
+
+/// Light of a fan lies in its plane and has a uniform angle there, whatever the axis of the fibre;
+/// its density fills the fan.
+#[test]
+fn fans_are_flat_and_uniform() {
+    let mut family = Family::new(FALSE_ALARM);
+    let side = along_axis().to_world(DVec3::X);
+    let tilted = along_axis().to_world(DVec3::new(0.0, 0.6, 0.8));
+    for (name, half, direction) in [
+        ("wedge", 0.5, axis()),
+        ("tilted wedge", 1.2, tilted),
+        ("all around", std::f64::consts::PI, axis()),
+    ] {
+        let divergence = Divergence::HalfAngle(half);
+        let fan = Fiber::new(rectangle(None), AngularProfile::Fan, divergence, color());
+        let fan: Emitter = fan.with_axis(direction).into();
+        let up = direction.cross(side);
+        let draw = |rng: &mut Rng| {
+            let d = emit(&fan, &[], rng.uniform()).unwrap().direction;
+            assert!(d.dot(side).abs() < 1.1e-6, "{name}");
+            Some([d.dot(up).atan2(d.dot(direction)), rng.next_1d()])
+        };
+        let table = Table::new(uniform_edges(-half, half, 24), vec![0.0, 1.0]);
+        let pdf = |_: [f64; 2]| 0.5 / half;
+        let report = table.test(9, 20_000, Mass::Exactly(1.0), draw, pdf);
+        family.push(name, report.unwrap().p_value);
+        // The solid angle of a fan of sines up to 1e-6 on either side.
+        let end = emit(&fan, &[], [0.5; 4]).unwrap().end;
+        let inside = pdf_emit(&fan, &end, ORIGIN, direction);
+        assert!((inside * 2.0 * half * 2e-6 - 1.0).abs() < 1e-9, "{name}");
+        let beside = (direction + 2e-6 * side).normalize();
+        assert_eq!(pdf_emit(&fan, &end, ORIGIN, beside), 0.0);
+    }
+    family.check().unwrap();
+}
+
+/// Slopes are independent normal numbers with the given deviations: their squares over the variances
+/// have the mean 1 and the variance 2, and their product has the mean 0 and the variance 1.
+#[test]
+fn slopes_are_normal() {
+    let deviations = [0.3, 0.1];
+    let aperture = rectangle(None);
+    let divergence = Divergence::HalfAngle(FRAC_PI_2);
+    let profile = AngularProfile::Slopes(deviations);
+    let emitter: Emitter = Fiber::new(aperture, profile, divergence, color()).into();
+    let [x, y] = [DVec3::X, DVec3::Y].map(|a| along_axis().to_world(a));
+    let mut rng = Rng::new(17);
+    let mut sums = [0.0; 3];
+    const COUNT: usize = 40_000;
+    for _ in 0..COUNT {
+        let d = emit(&emitter, &[], rng.uniform()).unwrap().direction;
+        let [p, q] = [x, y].map(|a| d.dot(a) / d.dot(axis()));
+        let [p, q] = [p / deviations[0], q / deviations[1]];
+        sums[0] += p * p - 1.0;
+        sums[1] += q * q - 1.0;
+        sums[2] += p * q;
+    }
+    let root = (COUNT as f64).sqrt();
+    let zs = [
+        sums[0] / root / 2f64.sqrt(),
+        sums[1] / root / 2f64.sqrt(),
+        sums[2] / root,
+    ];
+    testkit::z_test::max_abs_z(&zs, FALSE_ALARM).unwrap();
 }
 
 fn end() -> morgana_transport::connection_end::ConnectionEnd {
@@ -128,7 +246,7 @@ fn cones_of_fibres_have_their_profiles() {
         (AngularProfile::Gaussian, &gaussian, FRAC_PI_2),
     ];
     for (profile, share, all) in cases {
-        let fiber = fiber(profile, Spectrum::ONE);
+        let fiber = fiber(profile.clone(), Spectrum::ONE);
         let across = axis().any_orthonormal_vector();
         let toward = |theta: f64| axis() * theta.cos() + across * theta.sin();
         // Multiply the disc's irradiance by the intensity per area.

@@ -4,11 +4,12 @@ use crate::ends::support::*;
 use glam::DVec3;
 use morgana_transport::connection_end::{ConnectionEnd, OnSurface};
 use morgana_transport::emitter::{
-    AngularProfile, Emitter, Luminaire, LuminaireError, Projector, Slide,
+    AngularProfile, Divergence, Emitter, Fiber, Luminaire, LuminaireError, Projector, Slide,
 };
 use morgana_transport::shape::Site;
 use morgana_transport::texture::{BitmapFilter, Wrap};
 use morgana_transport::{Orientation, Spectrum};
+use std::f64::consts::FRAC_PI_2;
 use testkit::{DirectionTable, Family, Mass, Rng, uniform_edges};
 
 /// A point of a surface with the normal `axis()`, or a point in space.
@@ -32,7 +33,10 @@ fn directions(emitter: &Emitter, shapes: &[morgana_transport::shape::Shape], rim
             surface: Some(OnSurface { normal, .. }),
             ..
         } => normal,
-        _ => axis(),
+        _ => match emitter {
+            Emitter::Fiber(fiber) => fiber.direction(),
+            _ => axis(),
+        },
     };
     let mut edges = uniform_edges(rim, 1.0, 12);
     if rim > -1.0 {
@@ -64,6 +68,20 @@ fn directions_of_light_from_points_follow_their_density() {
         intensity: color(),
     };
     let fibre = |profile| Emitter::Fiber(fiber(profile, color()));
+    let wide = |profile, angle| {
+        let divergence = Divergence::HalfAngle(angle);
+        Emitter::Fiber(Fiber::new(rectangle(None), profile, divergence, color()))
+    };
+    let tilted = |profile| {
+        let direction = along_axis().to_world(DVec3::new(0.3, -0.2, 0.9));
+        let divergence = Divergence::HalfAngle(FRAC_PI_2);
+        let fibre = Fiber::new(rectangle(None), profile, divergence, color());
+        Emitter::Fiber(fibre.with_axis(direction))
+    };
+    let angles = || {
+        let angles = [0.5f64, 0.0, -0.5].map(f64::acos);
+        AngularProfile::angles(angles.to_vec(), &[1.0, 3.0]).unwrap()
+    };
     let mut family = Family::new(FALSE_ALARM);
     for (name, emitter, rim) in [
         ("point", point, -1.0),
@@ -81,6 +99,15 @@ fn directions_of_light_from_points_follow_their_density() {
             ACCEPTANCE.cos(),
         ),
         ("Gaussian fibre", fibre(AngularProfile::Gaussian), 0.0),
+        (
+            "wide fibre",
+            wide(AngularProfile::Uniform, 2.5),
+            2.5f64.cos(),
+        ),
+        ("tilted fibre", tilted(AngularProfile::Lambertian), 0.0),
+        ("slopes", wide(AngularProfile::Slopes([0.3, 0.4]), 1.0), 0.0),
+        // The angles are edges of bins: the density jumps there.
+        ("angles", wide(angles(), 1.0), -1.0),
         ("parallelogram", area(0), 0.0),
         ("ellipsoid", area(1), 0.0),
     ] {
