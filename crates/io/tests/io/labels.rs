@@ -130,6 +130,57 @@ fn slabs(surface: &str) -> [Value; 2] {
     ]
 }
 
+/// Warnings about coefficients name the label, as records do, also if labels share an index.
+#[test]
+fn warnings_name_labels() {
+    let scene = json!({
+        "type": "scene",
+        "integrator": {"type": "particle"},
+        "source": {"type": "point", "position": [0.5, 0.5, -1]},
+        "tissue": {
+            "type": "labels", "data": [[[1, 2]], [[2, 1]]],
+            "properties": [[0, 0, 1, 1], [0.1, 1, 0.5, 1.4], [1e8, 1, 0.5, 1.4]],
+        },
+        "cells": {"type": "fluencemeter", "nx": 1, "ny": 1, "nz": 1},
+    });
+    let warnings = load(&scene).unwrap().warnings.to_string();
+    assert!(
+        warnings.contains("medium 'tissue: label 2' is opaque"),
+        "{warnings}"
+    );
+    assert_eq!(warnings.matches("is opaque").count(), 1, "{warnings}");
+}
+
+/// A phase function of all labels replaces g, also where g is 1.
+#[test]
+fn one_phase_function_of_all_labels() {
+    let mut scene = json!({
+        "type": "scene",
+        "integrator": {"type": "particle"},
+        "source": {"type": "point", "position": [0.5, 0.5, -1]},
+        "tissue": {
+            "type": "labels", "data": [[[1, 2]], [[2, 1]]],
+            "properties": [[0, 0, 1, 1], [0.1, 1, 1, 1.4], [0.2, 1, 0.5, 1.5]],
+            "phase": {"type": "tabphase", "quantiles": "-1, 0.5, 1"},
+        },
+        "cells": {"type": "fluencemeter", "nx": 1, "ny": 1, "nz": 1},
+    });
+    let loaded = load(&scene).unwrap();
+    let scattering = loaded.scene().media().iter().filter(|m| m.scatters());
+    let cosines: Vec<f64> = scattering
+        .map(|m| m.phase.mean_cosine(glam::DVec3::ZERO).unwrap())
+        .collect();
+    assert_eq!(cosines, [0.25, 0.25]);
+    scene["tissue"]["phase"]["quantiles"] = json!("-1, 0.5, 0.5, 1");
+    assert!(load(&scene).unwrap_err().contains("strictly increasing"));
+    scene["tissue"]["phase"]["values"] = json!("1, 2");
+    assert!(load(&scene).unwrap_err().contains("not both"));
+    let medium = json!({"type": "homogeneous", "sigma_t": 1});
+    scene["tissue"] =
+        json!({"type": "labels", "data": [[[1]]], "1": medium, "phase": {"type": "isotropic"}});
+    assert!(load(&scene).unwrap_err().contains("needs 'properties'"));
+}
+
 /// A smooth surface rounds the edges of the block by half a voxel, where there is hardly any light.
 #[test]
 fn layers_of_labels_are_layers() {

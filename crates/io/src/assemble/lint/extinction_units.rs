@@ -1,5 +1,6 @@
 //! Check for extinctions that look like other units of length than the scene's.
 
+use super::uniform_parts;
 use crate::diagnostic::lints;
 use transport::scene::{ProblemSeverity, Scene, SceneProblem, Subject};
 
@@ -10,8 +11,8 @@ const MAX_THICKNESS: f64 = 1e5;
 /// medium is below the noise.
 const MIN_THICKNESS: f64 = 1e-5;
 
-/// Returns a warning for each uniform medium that is practically opaque, or invisible even if it
-/// filled the scene. `warned` has other warnings: a medium gets one.
+/// Returns a warning for each uniform medium, or label of a medium, that is practically opaque, or
+/// invisible even if it filled the scene. `warned` has other warnings: such media get none.
 pub(super) fn warnings(scene: &Scene, warned: &[SceneProblem]) -> Vec<SceneProblem> {
     let media = scene.media().iter().zip(scene.regions()).enumerate();
     let is_new = |i: usize| {
@@ -21,30 +22,34 @@ pub(super) fn warnings(scene: &Scene, warned: &[SceneProblem]) -> Vec<SceneProbl
         };
         !warned.iter().any(long)
     };
-    let found = media.filter_map(|(i, (medium, region))| {
-        let extinction = medium.uniform_extinction()?.max();
-        if extinction == 0.0 || region.aabb.is_empty() || !is_new(i) {
-            return None;
-        }
-        let thickness = extinction * region.aabb.diagonal();
-        let of_scene = extinction * 2.0 * scene.around().radius;
-        let (what, thickness) = if thickness > MAX_THICKNESS {
-            ("is opaque: its optical thickness is", thickness)
-        } else if of_scene < MIN_THICKNESS {
-            (
-                "is invisible: across the whole scene, its optical thickness is",
-                of_scene,
-            )
-        } else {
-            return None;
-        };
-        let name = &medium.name;
-        Some(SceneProblem::warning(
-            lints::EXTINCTION_UNITS,
-            Subject::Medium(i),
-            format!("medium '{name}' {what} {thickness:.0e}"),
-            "check the unit of its extinction: it is per unit of length of the scene",
-        ))
+    let found = media.flat_map(|(i, (medium, region))| {
+        let is_wanted = !region.aabb.is_empty() && is_new(i);
+        let parts = uniform_parts(medium, region).into_iter();
+        let of_medium = parts.filter(|_| is_wanted).filter_map(|part| {
+            let extinction = part.extinction.max();
+            if extinction == 0.0 {
+                return None;
+            }
+            let thickness = extinction * region.aabb.diagonal();
+            let of_scene = extinction * 2.0 * scene.around().radius;
+            let (what, thickness) = if thickness > MAX_THICKNESS {
+                ("is opaque: its optical thickness is", thickness)
+            } else if of_scene < MIN_THICKNESS {
+                (
+                    "is invisible: across the whole scene, its optical thickness is",
+                    of_scene,
+                )
+            } else {
+                return None;
+            };
+            Some(SceneProblem::warning(
+                lints::EXTINCTION_UNITS,
+                Subject::Medium(i),
+                format!("medium '{}' {what} {thickness:.0e}", part.name),
+                "check the unit of its extinction: it is per unit of length of the scene",
+            ))
+        });
+        of_medium.collect::<Vec<_>>()
     });
     found.collect()
 }

@@ -21,7 +21,9 @@ pub(super) use reach::warnings as reach;
 
 use super::instrument::Instrument;
 use super::integrator::Method;
-use transport::scene::{Scene, SceneProblem, Subject};
+use transport::Spectrum;
+use transport::medium::{Medium, MediumLabel};
+use transport::scene::{Region, Scene, SceneProblem, Subject};
 
 /// Returns all warnings about a scene, and about its rendering or measurement.
 pub(super) fn warnings(
@@ -44,4 +46,31 @@ pub(super) fn warnings(
     warnings.extend(modulation::warning(scene, instruments));
     warnings.extend(instruments.iter().filter_map(|i| i.warning(scene)));
     warnings
+}
+
+/// Part of a medium with uniform coefficients: a label, or all of a medium. Its name is the name in
+/// records and in derivatives.
+struct UniformPart {
+    name: String,
+    extinction: Spectrum,
+    scattering: Spectrum,
+}
+
+/// Returns the parts of a medium with uniform coefficients.
+fn uniform_parts(medium: &Medium, region: &Region) -> Vec<UniformPart> {
+    if let Some(labels) = &medium.labels {
+        let part = |label: &MediumLabel| UniformPart {
+            name: label.name.clone(),
+            extinction: label.extinction,
+            scattering: label.extinction - label.absorption,
+        };
+        return labels.list().iter().map(part).collect();
+    }
+    let extinction = medium.uniform_extinction().into_iter();
+    let part = extinction.map(|extinction| UniformPart {
+        name: medium.name.clone(),
+        extinction,
+        scattering: medium.scattering(region.aabb.center()),
+    });
+    part.collect()
 }
