@@ -30,7 +30,10 @@ SESSION = {
 }
 """Keys of a configuration, and their names in ``Session`` of an input file."""
 
-ARRAYS = {"detpos", "prop", "srcdir", "srcparam1", "srcparam2", "srcpattern", "srcpos", "vol"}
+QUANTILES = {"angleinvcdf": "AngleInverseCDF", "invcdf": "InverseCDF"}
+"""Keys of quantiles, and their names in ``Optode.Source`` and ``Domain`` of an input file."""
+
+ARRAYS = {"angleinvcdf", "detpos", "invcdf", "prop", "srcdir", "srcparam1", "srcparam2", "srcpattern", "srcpos", "vol"}
 
 IGNORED = {
     "autopilot", "detphotons", "faststep", "flog", "gpuid", "isgpuinfo", "ismomentum", "issave2pt", "issavedet", "issaveexit", "issaveref", "issaveseed",
@@ -40,7 +43,7 @@ IGNORED = {
 means: below ``minenergy`` photons undergo Russian roulette, and ``faststep`` is obsolete."""
 
 
-def load_mcx(cfg: Mapping[str, Any], /, *, weight_windows: bool = False) -> Scene:
+def load_mcx(cfg: Mapping[str, Any], /, *, weight_windows: bool = False, pattern: int = 0) -> Scene:
     """Make a scene from a configuration of MCX: the dictionary that ``pmcx.run`` takes.
 
     The scene measures fluence per joule in the voxels of ``vol``, and in time gates if there are
@@ -53,10 +56,11 @@ def load_mcx(cfg: Mapping[str, Any], /, *, weight_windows: bool = False) -> Scen
     cfg : mapping
         ``vol`` (labels ``[x, y, z]``, or coefficients ``[1, 2 or 4, x, y, z]``: mua, then mus, then
         g and n), ``prop`` (rows of mua, mus, g, n), ``srcpos``, ``srcdir``.
-        Optional are ``srctype``, ``srcparam1``, ``srcparam2``, ``srcpattern`` (``[column, row]``),
-        ``srcid``, ``nphoton``, ``tstart``, ``tend``, ``tstep``, ``unitinmm``, ``isreflect``,
-        ``issrcfrom0`` (0, as in MCX: the first voxel begins at 1, 1, 1), and ``bc`` if it agrees
-        with ``isreflect``. ``shapes`` (a JSON text, or its decoded value) are drawn into ``vol``.
+        Optional are ``srctype``, ``srcparam1``, ``srcparam2``, ``srcpattern`` (``[column, row]``, or
+        ``[pattern, column, row]`` with ``pattern``), ``angleinvcdf``, ``srcid``, ``nphoton``, ``tstart``,
+        ``tend``, ``tstep``, ``unitinmm``, ``invcdf``, ``isreflect``, ``issrcfrom0`` (0, as in MCX: the
+        first voxel begins at 1, 1, 1), and ``bc`` with mirrors ``m``, or letters that agree with
+        ``isreflect``. ``shapes`` (a JSON text, or its decoded value) are drawn into ``vol``.
         Several sources are rows of ``srcpos``, with their weight as fourth number, of ``srcdir``
         and of the parameters. Detectors ``detpos`` (rows of x, y, z, radius) are meters that keep
         at most ``maxdetphoton`` records each: ``Result.records["detector1"]``. ``outputtype`` has
@@ -66,6 +70,8 @@ def load_mcx(cfg: Mapping[str, Any], /, *, weight_windows: bool = False) -> Scen
     weight_windows : bool, optional
         Divide and terminate particles so that late time gates are as accurate as early ones. A
         particle then takes several times as long (docs/meters.md#parameters).
+    pattern : int, optional
+        Number of the pattern, from 1, if ``srcpattern`` holds several.
 
     Returns
     -------
@@ -97,7 +103,7 @@ def load_mcx(cfg: Mapping[str, Any], /, *, weight_windows: bool = False) -> Scen
     if kind not in OUTPUT:
         raise ValueError(f"outputtype is {kind!r} but must be one of {', '.join(OUTPUT)}: morgana returns the fluence per joule, and records of detectors")
     _check_photons(left)
-    _check_boundaries(left)
+    sides = _boundaries(left)
     if not isinstance(left.get("srctype", ""), str):
         raise TypeError(f"cfg['srctype'] is {left['srctype']!r} but must be a text, such as 'pencil'")
     for key in left.keys() & {"vol", "prop"}:
@@ -108,18 +114,21 @@ def load_mcx(cfg: Mapping[str, Any], /, *, weight_windows: bool = False) -> Scen
     source = _taken(left, SOURCE)
     if "srcpattern" in left:
         source["Pattern"] = np.ascontiguousarray(numbers(left.pop("srcpattern"), "cfg['srcpattern']"))
+    if pattern:
+        source["PatternID"] = pattern
+    source.update(_quantiles(left, "angleinvcdf"))
     forward = _taken(left, FORWARD)
     if "tend" in cfg and "tstep" not in cfg:
         forward["Dt"] = forward["T1"] - forward.get("T0", 0.0)
     _check_gates(left.pop("maxgate", 0), forward)
     if weight_windows:
         forward["WeightWindows"] = True
-    domain = {"OriginType": left.pop("issrcfrom0", 0), **_taken(left, {"unitinmm": "LengthUnit"})}
+    domain = {"OriginType": left.pop("issrcfrom0", 0), **_taken(left, {"unitinmm": "LengthUnit"}), **_quantiles(left, "invcdf")}
     if "vol" in left:
         domain.update(_volume(left.pop("vol")))
     if "prop" in left:
         domain["Media"] = np.asarray(left.pop("prop"))
-    session = _taken(left, SESSION)
+    session = {**_taken(left, SESSION), **sides}
     optode: Dict[str, Any] = {"Source": source}
     if "detpos" in left:
         optode["Detector"] = _detectors(left.pop("detpos"))
@@ -147,16 +156,24 @@ def _check_photons(left: Dict[str, Any]) -> None:
         raise ValueError("debuglevel R requests random numbers instead of the fluence: leave it out")
 
 
-def _check_boundaries(left: Dict[str, Any]) -> None:
-    """Accepts flags of the six sides that agree with ``isreflect``: ``_``, or ``r`` (Fresnel) and
-    ``a`` (no reflection)."""
+def _quantiles(left: Dict[str, Any], key: str) -> Dict[str, Any]:
+    """Takes quantiles from a configuration. Returns them by their name in an input file."""
+    if key not in left:
+        return {}
+    return {QUANTILES[key]: numbers(left.pop(key), f"cfg[{key!r}]").ravel()}
+
+
+def _boundaries(left: Dict[str, Any]) -> Dict[str, Any]:
+    """Takes the flags of the six sides: ``m`` for mirrors, or letters that agree with ``isreflect``,
+    which are ``_``, and ``r`` (Fresnel) or ``a`` (no reflection). Returns their setting."""
     flags = left.pop("bc", "")
-    own = "_r" if left.get("isreflect", True) else "_a"
+    own = "_mr" if left.get("isreflect", True) else "_ma"
     if not isinstance(flags, str) or flags[:6].lower().strip(own) or flags[6:].strip("0"):
         raise ValueError(
-            f"bc is {flags!r}, but sides other than isreflect makes them, which are periodic or mirrors, or that detect light, are not read: leave it out, "
-            "and measure the light that leaves by a scene of your own"
+            f"bc is {flags!r}, but sides other than isreflect makes them, which are periodic or detect light, are not read: give m for mirrors, leave out "
+            "other letters, and measure the light that leaves by a scene of your own"
         )
+    return {"BCFlags": flags[:6]} if flags else {}
 
 
 def _check_gates(at_once: Any, forward: Mapping[str, Any]) -> None:

@@ -33,12 +33,43 @@ def test_a_dictionary_says_what_a_file_says(tmp_path):
 
 
 def test_mistakes_are_named():
-    with pytest.raises(ValueError, match="does not support these keys of the configuration: invcdf"):
+    with pytest.raises(ValueError, match="does not support these keys of the configuration: polprop"):
+        morgana.load_mcx(configuration(polprop=[1]))
+    with pytest.raises(morgana.SceneError, match="InverseCDF .* number 1 is -1"):
         morgana.load_mcx(configuration(invcdf=[-1, 0, 1]))
-    with pytest.raises(morgana.SceneError, match="source 'arcsine'"):
-        morgana.load_mcx(configuration(srctype="arcsine"))
+    with pytest.raises(morgana.SceneError, match="source 'hyperboloid'"):
+        morgana.load_mcx(configuration(srctype="hyperboloid"))
     with pytest.raises(morgana.SceneError, match="Domain needs"):
         morgana.load_mcx({key: value for key, value in configuration().items() if key != "vol"})
+
+
+def test_mirrors_quantiles_and_focuses():
+    def absorbed(**changes):
+        scene = morgana.load_mcx(configuration(isreflect=0, **changes))
+        return morgana.render(scene, particles=4000, seed=1).balance["absorbed_by_media"]["mean"]
+
+    assert absorbed(bc="mmmmmm") > 0.999 > absorbed()
+    # Nearly all light goes straight on, as with g close to 1.
+    straight = absorbed(invcdf=np.linspace(0.999, 0.9999, 20))
+    assert straight != absorbed()
+    wide = {"srctype": "disk", "srcparam1": [2, 0, 0, 0], "srcpos": [3, 4, -1]}
+    for focus in (np.nan, -np.inf, 5.0):
+        for direction in ([0, 0, 1, focus], np.array([0, 0, 1, focus])):
+            assert 0 < absorbed(**wide, srcdir=direction) < 1
+    assert 0 < absorbed(**wide, angleinvcdf=[0, 0.1, 0.2]) < 1
+
+
+def test_several_patterns():
+    both = np.zeros((2, 3, 2))
+    both[0, 1, 0], both[1, 0, 1] = 1, 1
+    shape = {"srctype": "pattern", "srcpos": [0, 0, -1], "srcparam1": [6, 0, 0, 3], "srcparam2": [0, 8, 0, 2]}
+    several = {**shape, "srcpattern": both, "srcnum": 2}
+    with pytest.raises(morgana.SceneError, match="choose one by PatternID, from 1 to 2"):
+        morgana.load_mcx(configuration(**several))
+    for number in (1, 2):
+        of_both = morgana.render(morgana.load_mcx(configuration(**several), pattern=number), particles=500, seed=1)
+        alone = morgana.render(morgana.load_mcx(configuration(**shape, srcpattern=both[number - 1])), particles=500, seed=1)
+        np.testing.assert_array_equal(of_both.meters["fluence"].mean, alone.meters["fluence"].mean)
 
 
 def test_arrays_have_their_shapes():
@@ -152,7 +183,7 @@ def test_sides_may_be_said_twice(given):
         ({"debuglevel": "PR"}, "random numbers instead of the fluence"),
         ({"maxgate": 3, "tend": 5e-9, "tstep": 1e-9}, "maxgate is 3, less than the number of time gates: leave it out"),
         ({"isspecular": 1, "isreflect": 0}, "give DoMismatch 1 or DoSpecular 0"),
-        *[({"bc": flags}, f"bc is '{flags}', but sides") for flags in ("cccccc", "_____m", "aaaaaa", "______001000")],
+        *[({"bc": flags}, f"bc is '{flags}', but sides") for flags in ("cccccc", "_____x", "aaaaaa", "______001000")],
         ({"bc": "rrrrrr", "isreflect": 0}, "bc is 'rrrrrr', but sides"),
         ({"bc": 5}, "bc is 5, but sides"),
         ({"shapes": "{"}, r"cfg\['shapes'\] is not JSON"),

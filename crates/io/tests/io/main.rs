@@ -41,6 +41,8 @@ mod locks;
 mod long_numbers;
 mod mcx;
 mod mcx_coefficients;
+mod mcx_light;
+mod mcx_sides;
 mod mcx_sources;
 mod meshes;
 mod meters;

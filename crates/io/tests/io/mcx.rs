@@ -358,20 +358,12 @@ fn mistakes() {
         );
     };
     refused(
-        |f| f["Optode"]["Source"]["Type"] = json!("arcsine"),
-        "source 'arcsine': sources are pencil",
+        |f| f["Optode"]["Source"]["Type"] = json!("pattern3d"),
+        "source 'pattern3d': sources are pencil",
     );
     refused(
         |f| f["Forward"] = json!({"T0": 0, "T1": 5e-9, "Dt": 3e-9}),
         "no whole number of gates: give 2.5e-9 s for 2",
-    );
-    refused(
-        |f| {
-            f["Optode"]["Source"]["Type"] = json!("disk");
-            f["Optode"]["Source"]["Param1"] = json!([2, 0, 0, 0]);
-            f["Optode"]["Source"]["Dir"] = json!([0, 0, 1, 20]);
-        },
-        "focus",
     );
     refused(
         |f| f["Optode"]["Source"]["Dir"] = json!([0, 0, 0]),

@@ -312,8 +312,10 @@ fn sides() {
         ("rRr___", 1, None),
         ("aaaaaa000010", 0, None),
         ("a_____", 1, Some("sides act like all faces")),
-        ("__c__c", 0, Some("so wide that")),
-        ("m_____", 0, Some("instead of a mirror")),
+        ("__c__c", 0, Some("wide that little light")),
+        ("mMm___000010", 1, None),
+        ("m_____", 0, None),
+        ("x_____", 0, Some("'x' at place 1")),
         ("______2", 0, Some("place 7")),
     ] {
         let mut file = input(json!("byte"));

@@ -168,6 +168,40 @@ fn patterns() {
     }
 }
 
+/// Values of several patterns follow one another for each part of the parallelogram, as in MCX.
+#[test]
+fn several_patterns() {
+    let corner = DVec3::new(2.0, 1.0, -1.0);
+    let sides = [DVec3::new(6.0, 0.0, 0.0), DVec3::new(0.0, 4.0, 0.0)];
+    let patterns = [
+        [1.0f32, 0.5, 0.0, 0.25, 2.0, 0.125],
+        [0.0, 1.0, 3.0, 0.0, 0.5, 0.5],
+    ];
+    let values: Vec<f32> = (0..6).flat_map(|i| patterns.map(|p| p[i])).collect();
+    let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
+    for (pattern, count) in [
+        (json!({"Nx": 2, "Ny": 3, "Nz": 2, "Data": values}), json!(2)),
+        (
+            json!({"_ArrayType_": "single", "_ArraySize_": [2, 3, 2], "_ArrayZipType_": "zlib", "_ArrayZipData_": zlib(&bytes)}),
+            json!(1),
+        ),
+    ] {
+        for (number, values) in patterns.iter().enumerate() {
+            let source = json!({
+                "Type": "pattern", "Pos": corner.to_array(), "Dir": [0, 0, 1], "SrcNum": count, "PatternID": number + 1,
+                "Param1": [6, 0, 0, 3], "Param2": [0, 4, 0, 2], "Pattern": pattern,
+            });
+            let loaded = load(&source).unwrap_or_else(|e| panic!("{source}: {e}"));
+            let total: f32 = values.iter().sum();
+            for (i, value) in values.iter().enumerate() {
+                let at = [(0.4 + (i % 3) as f64) / 3.0, (0.7 + (i / 3) as f64) / 2.0];
+                let expected = f64::from(value / total) / (4.0 * UNIT * UNIT);
+                near(irradiance(&loaded, corner, sides, at), expected, 1e-6);
+            }
+        }
+    }
+}
+
 /// A photon starts at any source with equal probability, and carries the source's weight: sources
 /// share the power by weight.
 #[test]
@@ -369,8 +403,24 @@ fn mistakes() {
         ),
         (json!({"Pattern": {"Data": "none.bin"}}), "none.bin"),
         (json!({"Param1": [6, 0, 0, 0]}), "columns and rows"),
-        (json!({"Param2": [4, 4, 0, 1]}), "perpendicular"),
-        (json!({"SrcNum": 2}), "SrcNum must be 1"),
+        (json!({"Param2": [4, 0, 0, 1]}), "nor parallel"),
+        (
+            json!({"SrcNum": 2}),
+            "its Pattern has 2 values, but SrcNum, Param1 and Param2 state 2 x 2 x 1",
+        ),
+        (
+            json!({"SrcNum": 2, "Pattern": {"Data": [1, 1, 1, 1]}}),
+            "choose one by PatternID, from 1 to 2",
+        ),
+        (
+            json!({"SrcNum": 2, "PatternID": 3, "Pattern": {"Data": [1, 1, 1, 1]}}),
+            "a pattern from 1 to 2, but it is 3",
+        ),
+        (json!({"SrcNum": 0.5}), "but it is 0.5"),
+        (
+            json!({"Type": "planar", "SrcNum": 2}),
+            "only sources of the Type pattern",
+        ),
         (
             json!({"Type": "fourier", "Param1": [6, 0, 0, 4000], "Param2": [0, 4, 0, 4000]}),
             "pixels per period",

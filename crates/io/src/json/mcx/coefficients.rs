@@ -7,7 +7,7 @@ use crate::element::Element;
 use crate::error::Problem;
 use crate::input::Limits;
 use crate::scene::{Numbers, Tensor};
-use serde_json::json;
+use serde_json::{Value, json};
 use std::sync::Arc;
 
 /// Peak memory per voxel in bytes: numbers as read (16), labels and their parts (14), extinction,
@@ -102,6 +102,8 @@ pub(super) struct Base<'a> {
     pub media: &'a Tensor,
     /// Millimetres per voxel.
     pub unit: f64,
+    /// Phase function of all voxels, instead of their mean cosine.
+    pub phase: Option<&'a Value>,
     pub limits: Limits,
 }
 
@@ -121,14 +123,16 @@ pub(super) struct Coefficients {
     indices: Vec<f64>,
     extinction: Vec<f32>,
     albedo: Vec<f32>,
-    mean_cosine: MeanCosine,
+    scattering: Scattering,
 }
 
-/// Mean cosine of the scattering angle.
-enum MeanCosine {
-    /// Constant coefficient of all voxels.
+/// Distribution of the scattering angle.
+enum Scattering {
+    /// Phase function of all voxels.
+    Phase(Value),
+    /// Henyey–Greenstein with a constant mean cosine.
     Uniform(f64),
-    /// A number for each voxel.
+    /// Henyey–Greenstein with a mean cosine for each voxel.
     Voxels(Vec<f32>),
 }
 
@@ -152,10 +156,11 @@ impl Coefficients {
             MediaFormat::AsgnByte | MediaFormat::MuamusShort => base.medium(2)?,
             _ => first,
         };
-        let mean_cosine = match format.channels() {
-            4 => MeanCosine::Voxels(Vec::with_capacity(count)),
-            _ if first[2] == 1.0 => MeanCosine::Uniform(0.0),
-            _ => MeanCosine::Uniform(first[2]),
+        let scattering = match (base.phase, format.channels()) {
+            (Some(phase), _) => Scattering::Phase(phase.clone()),
+            (None, 4) => Scattering::Voxels(Vec::with_capacity(count)),
+            _ if first[2] == 1.0 => Scattering::Uniform(0.0),
+            _ => Scattering::Uniform(first[2]),
         };
         let mut found = Coefficients {
             labels: Labels {
@@ -165,7 +170,7 @@ impl Coefficients {
             indices: Vec::new(),
             extinction: Vec::with_capacity(count),
             albedo: Vec::with_capacity(count),
-            mean_cosine,
+            scattering,
         };
         for (i, voxel) in numbers.chunks_exact(format.channels()).enumerate() {
             let row = row(format, voxel, [first, second], base.unit);
@@ -178,8 +183,9 @@ impl Coefficients {
     /// Adds a voxel; `None` is outside.
     fn add(&mut self, row: Option<[f64; 4]>) -> Result<(), Problem> {
         let [mu_a, mu_s, g, n] = row.unwrap_or([0.0, 0.0, 0.0, 1.0]);
-        // With g = 1 scattering does not change the direction.
-        let (mu_s, g) = if g == 1.0 { (0.0, 0.0) } else { (mu_s, g) };
+        // With g = 1 scattering does not change the direction, unless a phase function replaces g.
+        let is_straight = g == 1.0 && !matches!(self.scattering, Scattering::Phase(_));
+        let (mu_s, g) = if is_straight { (0.0, 0.0) } else { (mu_s, g) };
         let total = mu_a + mu_s;
         let label = match row {
             Some(_) => self.label(n)?,
@@ -189,7 +195,7 @@ impl Coefficients {
         self.extinction.push(total as f32);
         let albedo = if total > 0.0 { mu_s / total } else { 0.0 };
         self.albedo.push(albedo as f32);
-        if let MeanCosine::Voxels(numbers) = &mut self.mean_cosine {
+        if let Scattering::Voxels(numbers) = &mut self.scattering {
             numbers.push(g as f32);
         }
         Ok(())
@@ -223,12 +229,16 @@ impl Coefficients {
             push(&mut grid, "data", Json::Tensor(Arc::new(data)));
             Some(grid.json)
         };
-        let mut phase = node(json!({"type": "hg"}), &tissue.location);
-        let mean_cosine = match self.mean_cosine {
-            MeanCosine::Uniform(g) => Json::Float(g),
-            MeanCosine::Voxels(numbers) => grid(numbers)?,
+        let henyey_greenstein = |g: Json| {
+            let mut phase = node(json!({"type": "hg"}), &tissue.location);
+            push(&mut phase, "g", g);
+            phase
         };
-        push(&mut phase, "g", mean_cosine);
+        let phase = match self.scattering {
+            Scattering::Phase(phase) => node(phase, &tissue.location),
+            Scattering::Uniform(g) => henyey_greenstein(Json::Float(g)),
+            Scattering::Voxels(numbers) => henyey_greenstein(grid(numbers)?),
+        };
         let [extinction, albedo] = [grid(self.extinction)?, grid(self.albedo)?];
         let mut media = Vec::with_capacity(self.indices.len());
         for n in self.indices {

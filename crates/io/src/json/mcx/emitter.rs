@@ -1,24 +1,46 @@
 //! Conversion of sources to emitters.
 
 use super::super::tree::{Json, Node};
+use super::across::{Across, MAX_SKEW_COSINE, MIN_WIDTH, NO_LINE, frame};
 use super::labels::Labels;
 use super::pattern::{self, Pattern};
+use super::rays::Rays;
 use super::source::{Source, wanted};
 use super::{Place, Reader, field};
 use crate::scene::Tensor;
-use glam::DVec3;
 use serde_json::{Value, json};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// Radius of a beam without width, and height of a slit without height, in voxels.
-const MIN_WIDTH: f64 = 1e-6;
-/// Largest cosine of the angle between a source's sides and its direction that counts as a right
-/// angle.
-const MAX_SKEW_COSINE: f64 = 1e-6;
+/// Smallest and largest standard deviation of an angle, in radians, and of a slope.
+const MIN_DEVIATION: f64 = 1e-6;
+const MAX_DEVIATION: f64 = 10.0;
 /// Fields of a source that morgana reads.
-const READ: [&str; 9] = [
-    "Type", "Pos", "Dir", "Param1", "Param2", "Pattern", "Weight", "SrcNum", "ID",
+const READ: [&str; 11] = [
+    "Type",
+    "Pos",
+    "Dir",
+    "Param1",
+    "Param2",
+    "Pattern",
+    "PatternID",
+    "Weight",
+    "SrcNum",
+    "ID",
+    "AngleInverseCDF",
+];
+/// Sources whose light MCX focuses.
+const FOCUSED: [&str; 10] = [
+    "gaussian",
+    "planar",
+    "pattern",
+    "fourier",
+    "disk",
+    "ring",
+    "fourierx",
+    "fourierx2d",
+    "slit",
+    "pencilarray",
 ];
 
 /// An emitter, and the image that modulates its light.
@@ -39,15 +61,20 @@ pub(super) fn emitters(
         _ => "pencil".to_owned(),
     };
     reader.known(node, &READ, &[]);
-    if reader.number_or(node, "SrcNum", 1.0) != 1.0 {
-        let message = "SrcNum must be 1: write a file for each pattern";
+    if kind != "pattern" && reader.number_or(node, "SrcNum", 1.0) != 1.0 {
+        let message = "SrcNum must be 1: only sources of the Type pattern have several patterns";
         reader.error(node, message);
         return None;
     }
     let mut sources = wanted(Source::all(node, place, labels, reader)?, node, reader)?;
-    if sources.iter().any(|source| source.has_focus(&kind)) {
-        let message = "morgana does not support a focus of the source, the fourth number of Dir: leave it out, or write a scene with a \
-                       'fiber' that has a 'focus' (docs/guides/tissue-optics.md#sources)";
+    for source in &mut sources {
+        // MCX ignores the focus of other sources.
+        if !FOCUSED.contains(&&*kind) && !matches!(source.rays, Rays::Angles(..)) {
+            source.rays = Rays::Parallel;
+        }
+    }
+    if kind == "pencilarray" && sources.iter().any(|s| s.rays != Rays::Parallel) {
+        let message = "a pencilarray has no focus: set the fourth number of Dir to 0, and leave out AngleInverseCDF";
         reader.error(node, message);
         return None;
     }
@@ -91,124 +118,152 @@ impl Source {
         power: f64,
         unit: f64,
     ) -> Result<Emitter, String> {
-        let plugin = match (kind, &pattern) {
-            (_, Some(pattern)) => {
-                let mut plugin = self.rectangle(pattern.sides, power, unit)?;
+        let (plugin, image) = match pattern {
+            Some(pattern) => {
+                let across = Across::parallelogram(self, pattern.sides, unit)?;
+                let mut plugin = across.emitter(&self.rays, power, unit);
                 plugin["texture"] = json!({
                     "type": "bitmap", "filter_type": pattern.filter, "wrap_mode": "clamp",
                 });
-                plugin
+                (plugin, Some(pattern.image))
             }
-            _ => self.plain(kind, power, unit)?,
+            None => (self.plain(kind, power, unit)?, None),
         };
-        let image = pattern.map(|pattern| pattern.image);
         Ok(Emitter { plugin, image })
     }
 
     /// Makes an emitter without an image.
     fn plain(&self, kind: &str, power: f64, unit: f64) -> Result<Value, String> {
-        let [p, q] = [self.first, self.second];
-        match kind {
-            "pencil" => Ok(self.disc("disc", MIN_WIDTH * unit, power, unit)),
-            "disk" | "gaussian" if p[0] <= 0.0 => Err("the first number of Param1 must be its radius, above 0".to_owned()),
-            "disk" if p[1] == 0.0 => Ok(self.disc("disc", p[0] * unit, power, unit)),
-            "gaussian" if p[1] == 0.0 => Ok(self.disc("gaussian", p[0] * unit, power, unit)),
-            "isotropic" => Ok(json!({
-                "type": "point",
-                "position": (self.position * unit).to_array(),
-                "intensity": power / (4.0 * PI),
-            })),
-            "cone" if p[1] == 0.0 => self.cone(power, unit),
-            "planar" => self.rectangle(self.sides(), power, unit),
-            "slit" if q == [0.0; 4] => self.slit(power, unit),
-            _ => Err(
-                "sources are pencil, pencilarray, isotropic, cone, gaussian, disk, planar, pattern, fourier, fourierx, fourierx2d \
-                 and slit, without second parameters that change their form; for others write a scene \
-                 (docs/guides/tissue-optics.md#sources)"
-                    .to_owned(),
+        let point = || Across::point(self, unit);
+        let (across, rays) = match kind {
+            "isotropic" if self.rays == Rays::Parallel => {
+                return Ok(json!({
+                    "type": "point",
+                    "position": (self.position * unit).to_array(),
+                    "intensity": power / (4.0 * PI),
+                }));
+            }
+            "cone" if self.rays == Rays::Parallel && self.second_of_first() == 0.0 => {
+                return self.cone(power, unit);
+            }
+            "cone" if self.rays == Rays::Parallel => {
+                let angle = self.half_angle()?.to_degrees();
+                (point(), Rays::quantiles(vec![0.0, angle.min(180.0)]))
+            }
+            "arcsine" if self.rays == Rays::Parallel => {
+                (point(), Rays::quantiles(vec![0.0, 180.0]))
+            }
+            "zgaussian" if self.rays == Rays::Parallel => {
+                let width = self.first[0];
+                if !(MIN_DEVIATION..=MAX_DEVIATION).contains(&width) {
+                    return Err(format!(
+                        "the first number of Param1 must be the standard deviation of its angle, {MIN_DEVIATION} to {MAX_DEVIATION} radians, but it is {width}"
+                    ));
+                }
+                (point(), Rays::gaussian(width))
+            }
+            "pencil" | "isotropic" | "cone" | "arcsine" | "zgaussian" => {
+                (point(), self.rays.clone())
+            }
+            "disk" | "ring" | "gaussian" => (Across::round(self, kind, unit)?, self.rays.clone()),
+            "planar" => (
+                Across::parallelogram(self, self.sides(), unit)?,
+                self.rays.clone(),
             ),
+            "slit" => (Across::slit(self, unit)?, self.rays.clone()),
+            "line" if self.rays == Rays::Parallel => return self.line(power, unit),
+            "line" => return Err("a line has its own angles: leave out AngleInverseCDF".to_owned()),
+            _ => {
+                return Err(
+                    "sources are pencil, pencilarray, isotropic, cone, arcsine, zgaussian, gaussian, disk, ring, planar, pattern, fourier, \
+                     fourierx, fourierx2d, slit and line; for others write a scene (docs/guides/tissue-optics.md#sources)"
+                        .to_owned(),
+                );
+            }
+        };
+        if kind == "slit"
+            && let Some(slopes) = self.slopes()?
+        {
+            return Ok(across.with_slopes(slopes, power));
         }
+        Ok(across.emitter(&rays, power, unit))
     }
 
-    /// Returns the transform from an emitter's frame: it emits along +z, and its x is close to `x`.
-    fn frame(&self, center: DVec3, x: DVec3, unit: f64) -> Value {
-        let z = self.direction;
-        let x = (x - z * x.dot(z)).normalize();
-        let y = z.cross(x);
-        matrix([x, y, z, center * unit])
+    /// Returns the second number of `Param1`.
+    fn second_of_first(&self) -> f64 {
+        self.first[1]
     }
 
-    fn disc(&self, profile: &str, radius: f64, power: f64, unit: f64) -> Value {
-        let x = self.direction.any_orthonormal_vector();
-        json!({
-            "type": "collimated", "profile": profile, "radius": radius, "power": power,
-            "to_world": self.frame(self.position, x, unit),
-        })
+    /// Returns the half angle of a cone, in radians.
+    fn half_angle(&self) -> Result<f64, String> {
+        let angle = self.first[0];
+        if angle > 0.0 && angle <= PI {
+            Ok(angle)
+        } else {
+            Err(
+                "the first number of Param1 must be its half angle, above 0 and at most pi radians"
+                    .into(),
+            )
+        }
     }
 
     /// Makes an emitter with constant intensity within a half angle.
     fn cone(&self, power: f64, unit: f64) -> Result<Value, String> {
-        let angle = self.first[0];
-        if !(angle > 0.0 && angle <= PI) {
-            return Err(
-                "the first number of Param1 must be its half angle, above 0 and at most pi radians"
-                    .into(),
-            );
-        }
+        let angle = self.half_angle()?;
         let x = self.direction.any_orthonormal_vector();
         Ok(json!({
             "type": "spot", "cutoff_angle": angle.to_degrees(), "beam_width": angle.to_degrees(),
             "intensity": power / (2.0 * PI * (1.0 - angle.cos())),
-            "to_world": self.frame(self.position, x, unit),
+            "to_world": frame(self.direction, x, self.position * unit),
         }))
     }
 
-    /// Makes an emitter of parallel light from a parallelogram, which must be a rectangle
-    /// perpendicular to the light. Columns of an image run along its first side, rows along its
-    /// second.
-    fn rectangle(&self, [u, v]: [DVec3; 2], power: f64, unit: f64) -> Result<Value, String> {
-        let square = u.dot(v).abs() <= MAX_SKEW_COSINE * u.length() * v.length();
-        let across = [u, v]
-            .iter()
-            .all(|e| e.dot(self.direction).abs() <= MAX_SKEW_COSINE * e.length());
-        if !square || !across || u.length() == 0.0 || v.length() == 0.0 {
-            return Err("Param1 and Param2 must be perpendicular to one another and to Dir".into());
+    /// Makes an emitter of light perpendicular to a line, in all directions or within an angle from
+    /// the plane of the line and the direction.
+    fn line(&self, power: f64, unit: f64) -> Result<Value, String> {
+        let angle = self.second[0];
+        let is_wedge = angle > 0.0;
+        if !(0.0..=PI).contains(&angle) {
+            return Err(format!(
+                "the first number of Param2 must be the half angle of its wedge, 0 (none) to pi radians, but it is {angle}"
+            ));
         }
-        let z = self.direction;
-        // Images run along the emitter's -x and -y.
-        let x = -(u - z * u.dot(z)).normalize();
-        let y = z.cross(x) * -z.cross(x).dot(v).signum();
-        let center = self.position + 0.5 * (u + v);
+        let line = self.sides()[0];
+        let along = line.try_normalize().ok_or(NO_LINE)?;
+        let across = self.direction.reject_from_normalized(along);
+        let z = if across.length() > MAX_SKEW_COSINE {
+            across.normalize()
+        } else if is_wedge {
+            return Err("Param1 of a wedge must not be parallel to Dir".to_owned());
+        } else {
+            along.any_orthonormal_vector()
+        };
+        let edge = if is_wedge { angle.to_degrees() } else { 180.0 };
         Ok(json!({
-            "type": "collimated", "profile": "rectangle", "power": power,
-            "width": u.length() * unit, "height": v.length() * unit,
-            "to_world": matrix([x, y, z, center * unit]),
+            "type": "fiber", "angular_profile": "fan", "cutoff_angle": edge.min(180.0),
+            "profile": "rectangle", "width": line.length() * unit, "height": MIN_WIDTH * unit,
+            "power": power,
+            "to_world": frame(z, along, (self.position + 0.5 * line) * unit),
         }))
     }
 
-    /// Makes an emitter of parallel light from a line perpendicular to the light.
-    fn slit(&self, power: f64, unit: f64) -> Result<Value, String> {
-        let line = DVec3::new(self.first[0], self.first[1], self.first[2]);
-        if line.length() == 0.0 || line.dot(self.direction).abs() > MAX_SKEW_COSINE * line.length()
-        {
+    /// Returns the standard deviations of the slopes of a broadened slit, along the line and across
+    /// it; `None` without broadening.
+    fn slopes(&self) -> Result<Option<[f64; 2]>, String> {
+        let [across, along, ..] = self.second;
+        if across <= 0.0 && along <= 0.0 {
+            return Ok(None);
+        }
+        if self.rays != Rays::Parallel {
             return Err(
-                "Param1 must be the vector from one end of the line to the other, perpendicular to Dir".into(),
+                "Param2 broadens the slit, which a focus or AngleInverseCDF replaces: set Param2 to 0"
+                    .to_owned(),
             );
         }
-        Ok(json!({
-            "type": "collimated", "profile": "rectangle", "power": power,
-            "width": line.length() * unit, "height": MIN_WIDTH * unit,
-            "to_world": self.frame(self.position + 0.5 * line, line, unit),
-        }))
+        let line = self.sides()[0];
+        if line.dot(self.direction).abs() > MAX_SKEW_COSINE * line.length() {
+            return Err("Param1 of a broadened slit must be perpendicular to Dir".to_owned());
+        }
+        Ok(Some([along, across].map(|v| v.max(MIN_DEVIATION))))
     }
-}
-
-/// Returns a transform whose matrix has these columns.
-fn matrix([x, y, z, t]: [DVec3; 4]) -> Value {
-    json!([{"matrix": [
-        [x.x, y.x, z.x, t.x],
-        [x.y, y.y, z.y, t.y],
-        [x.z, y.z, z.z, t.z],
-        [0.0, 0.0, 0.0, 1.0],
-    ]}])
 }

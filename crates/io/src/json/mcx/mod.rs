@@ -6,12 +6,15 @@
 //! A scene unit is a millimetre. A field that morgana does not read is an error if it would change
 //! the result, otherwise a warning.
 
+mod across;
 mod coefficients;
 mod detectors;
 mod emitter;
 mod jdata;
 mod labels;
+mod mirrors;
 mod pattern;
+mod rays;
 mod reader;
 mod shapes;
 mod source;
@@ -20,6 +23,7 @@ mod volume;
 use super::tree::{Entry, Json, Node};
 use crate::diagnostic::{Diagnostics, Location};
 use crate::input::Limits;
+use crate::scene::Tensor;
 use detectors::Recording;
 use labels::Labels;
 use reader::{Reader, field, numbers, rows};
@@ -30,7 +34,7 @@ use volume::Voxels;
 const LIGHT: f64 = 2.997_924_58e11;
 
 /// Fields of the domain that morgana reads.
-const DOMAIN: [&str; 10] = [
+const DOMAIN: [&str; 11] = [
     "VolumeFile",
     "Volume",
     "Dim",
@@ -39,6 +43,7 @@ const DOMAIN: [&str; 10] = [
     "Media",
     "MediaFormat",
     "ArrayOrder",
+    "InverseCDF",
     "Step",
     "Name",
 ];
@@ -87,7 +92,14 @@ pub(super) fn scene(root: &Node, limits: Limits, diagnostics: &mut Diagnostics) 
         numbers(v).is_some_and(|v| v.iter().all(|v| *v == 1.0))
     });
     let media = reader.media(domain);
-    let voxels = volume::voxels(root, domain, (media.as_deref(), unit), &mut reader);
+    let phase = rays::cosines(domain, &mut reader);
+    let phase = phase.map(|quantiles| json!({"type": "tabphase", "quantiles": quantiles}));
+    let properties = Properties {
+        media: media.as_deref(),
+        unit,
+        phase: phase.as_ref(),
+    };
+    let voxels = volume::voxels(root, domain, properties, &mut reader);
     let labels = voxels.as_ref().map(Voxels::labels);
     let from_zero = reader.number_or(domain, "OriginType", 0.0) != 0.0;
     let place = Place {
@@ -137,6 +149,9 @@ pub(super) fn scene(root: &Node, limits: Limits, diagnostics: &mut Diagnostics) 
         "cells": cells,
     });
     let mut scene = node(all, &root.location);
+    for (name, mirror) in mirrors::shapes(settings.mirrors, labels.size, unit) {
+        push(&mut scene, &name, node(mirror, &root.location).json);
+    }
     for (i, emitter) in sources.into_iter().enumerate() {
         let mut source = node(emitter.plugin, &root.location);
         if let (Some(image), Some(texture)) = (emitter.image, field_mut(&mut source, "texture")) {
@@ -154,6 +169,10 @@ pub(super) fn scene(root: &Node, limits: Limits, diagnostics: &mut Diagnostics) 
         Voxels::Labels(labels) => {
             push(tissue, "data", Json::Tensor(labels.into_tensor()?));
             push(tissue, "properties", Json::Tensor(media));
+            if let Some(phase) = phase {
+                let phase = node(phase, &tissue.location);
+                push(tissue, "phase", phase.json);
+            }
         }
         Voxels::Coefficients(coefficients) => {
             if settings.refraction && media.get(3) != 1.0 {
@@ -182,10 +201,23 @@ impl Place {
     }
 }
 
+/// Optical properties for all voxels.
+#[derive(Clone, Copy)]
+struct Properties<'a> {
+    /// Rows of μ_a, μ_s, g and n.
+    media: Option<&'a Tensor>,
+    /// Millimetres per voxel.
+    unit: f64,
+    /// Phase function of all media, instead of their g.
+    phase: Option<&'a Value>,
+}
+
 /// Settings of a run.
 struct Settings {
     photons: i64,
     refraction: bool,
+    /// Sides that are mirrors: −x, −y, −z, +x, +y, +z.
+    mirrors: [bool; 6],
     /// First, last and width of time gates, in seconds.
     gates: [f64; 3],
     /// True if weight windows equalise the errors of early and late gates. MCX has no such setting.

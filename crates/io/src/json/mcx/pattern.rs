@@ -92,37 +92,105 @@ fn given(
     let Some(pattern) = field(node, "Pattern") else {
         return Err("it needs a Pattern".to_owned());
     };
-    let values = match &pattern.json {
-        Json::Tensor(_) | Json::Array(_) => {
-            let array = reader.array(pattern).ok_or("its Pattern cannot be read")?;
-            transposed(&array, size)?
-        }
-        _ if jdata::is_one(pattern) => {
-            let array = jdata::array(pattern, reader).ok_or("its Pattern cannot be read")?;
-            array.tensor.iter().map(|v| v as f32).collect()
-        }
-        _ => listed(pattern, reader)?,
-    };
-    if values.len() == size[0] * size[1] {
-        Ok((size, values))
-    } else {
-        let [columns, rows] = size;
-        Err(format!(
-            "its Pattern has {} values, but Param1 and Param2 state {columns} x {rows}",
-            values.len()
-        ))
+    let stated = reader.number_or(node, "SrcNum", 1.0);
+    if !whole(stated) {
+        return Err(format!(
+            "SrcNum must be its number of patterns, at least 1, but it is {stated}"
+        ));
+    }
+    let patterns = Patterns::read(pattern, stated as usize, size, reader)?;
+    let number = chosen(node, patterns.count, reader)?;
+    Ok((size, patterns.one(number)))
+}
+
+/// Returns the pattern that a file selects by `PatternID`, counted from 0.
+fn chosen(node: &Node, count: usize, reader: &mut Reader) -> Result<usize, String> {
+    let id = reader.number_or(node, "PatternID", 0.0);
+    match id {
+        0.0 if count == 1 => Ok(0),
+        0.0 => Err(format!(
+            "it has {count} patterns (SrcNum): morgana mcx runs all of them; otherwise choose one by PatternID, from 1 to {count}"
+        )),
+        _ if id.fract() == 0.0 && (1.0..=count as f64).contains(&id) => Ok(id as usize - 1),
+        _ => Err(format!(
+            "PatternID must be the number of a pattern from 1 to {count}, but it is {id}"
+        )),
     }
 }
 
-/// Returns the values of an array `[column, row]`, row by row.
-fn transposed(tensor: &Tensor, [columns, rows]: [usize; 2]) -> Result<Vec<f32>, String> {
-    if tensor.shape() != [columns, rows] {
-        let shape = tensor.shape();
+/// Patterns of equal size.
+struct Patterns {
+    count: usize,
+    /// Values of all patterns; patterns run fastest, then columns.
+    values: Vec<f32>,
+}
+
+impl Patterns {
+    /// Reads patterns with a number of columns and rows. `stated` is the number of patterns, or 1 if
+    /// an array may state another number.
+    fn read(
+        pattern: &Node,
+        stated: usize,
+        [columns, rows]: [usize; 2],
+        reader: &mut Reader,
+    ) -> Result<Self, String> {
+        const UNREADABLE: &str = "its Pattern cannot be read";
+        let of_shape = |shape: &[usize]| match *shape {
+            [count, _, _] if stated == 1 => count,
+            _ => stated,
+        };
+        let (count, values) = match &pattern.json {
+            Json::Tensor(_) | Json::Array(_) => {
+                let array = reader.array(pattern).ok_or(UNREADABLE)?;
+                let count = of_shape(array.shape());
+                (count, transposed(&array, [count, columns, rows])?)
+            }
+            _ if jdata::is_one(pattern) => {
+                let array = jdata::array(pattern, reader).ok_or(UNREADABLE)?.tensor;
+                let values = array.iter().map(|v| v as f32).collect();
+                (of_shape(array.shape()), values)
+            }
+            _ => (stated, listed(pattern, reader)?),
+        };
+        if values.len() == count * columns * rows {
+            return Ok(Patterns { count, values });
+        }
+        let (several, by) = match count {
+            1 => (String::new(), "Param1 and Param2"),
+            _ => (format!("{count} x "), "SrcNum, Param1 and Param2"),
+        };
+        Err(format!(
+            "its Pattern has {} values, but {by} state {several}{columns} x {rows}",
+            values.len()
+        ))
+    }
+
+    /// Returns the values of a pattern, row by row.
+    fn one(self, number: usize) -> Vec<f32> {
+        if self.count == 1 {
+            return self.values;
+        }
+        let values = self.values.into_iter().skip(number);
+        values.step_by(self.count).collect()
+    }
+}
+
+/// Returns the values of an array `[column, row]` or `[pattern, column, row]`; patterns run fastest,
+/// then columns.
+fn transposed(tensor: &Tensor, [count, columns, rows]: [usize; 3]) -> Result<Vec<f32>, String> {
+    let all = [count, columns, rows];
+    let is_right = tensor.shape() == all || (count == 1 && tensor.shape() == [columns, rows]);
+    if !is_right {
+        let stated = if count == 1 { &all[1..] } else { &all[..] };
         return Err(format!(
-            "its Pattern has the shape {shape:?}, but Param1 and Param2 state [{columns}, {rows}]"
+            "its Pattern has the shape {:?}, but Param1, Param2 and SrcNum state {stated:?}",
+            tensor.shape()
         ));
     }
-    let value = |i: usize| tensor.get(i % columns * rows + i / columns) as f32;
+    let value = |i: usize| {
+        let (pattern, pixel) = (i % count, i / count);
+        tensor.get((pattern * columns + pixel % columns) * rows + pixel / columns) as f32
+    };
     Ok((0..tensor.len()).map(value).collect())
 }
 

@@ -3,7 +3,7 @@
 use super::super::tree::{Entry, Json, Node};
 use super::super::values::{get, value};
 use super::detectors::Recording;
-use super::{SESSION, Settings, node};
+use super::{SESSION, Settings, node, rays};
 use crate::diagnostic::{Diagnostic, Diagnostics, lints};
 use crate::input::Limits;
 use crate::scene::{Numbers, Tensor, Value as Held};
@@ -104,6 +104,27 @@ impl Reader<'_> {
         found
     }
 
+    /// Returns directions: rows of three numbers, and perhaps a focal length, which may be infinite
+    /// or NaN.
+    pub(super) fn directions(&mut self, node: &Node, key: &str) -> Option<Vec<Vec<f64>>> {
+        let Some(value) = field(node, key) else {
+            self.error(node, format!("{key} is missing"));
+            return None;
+        };
+        let found = rows_by(value, rays::special).filter(|rows| {
+            let right = |row: &Vec<f64>| row.len() >= 3 && row[..3].iter().all(|v| v.is_finite());
+            !rows.is_empty() && rows.iter().all(right)
+        });
+        if found.is_none() {
+            let message = format!(
+                "{key} must be a list of three numbers, or a list of these lists; a fourth number is the focal length, which may also be \
+                 \"_NaN_\", \"_Inf_\" or \"-_Inf_\""
+            );
+            self.error(value, message);
+        }
+        found
+    }
+
     /// Returns an array that a program hands over. Small arrays come as lists of lists.
     pub(super) fn array(&mut self, node: &Node) -> Option<Arc<Tensor>> {
         match value(node, Some(Type::Tensor), self.diagnostics) {
@@ -184,7 +205,7 @@ impl Reader<'_> {
         }
         let refraction = self.number_or(session, "DoMismatch", 1.0) != 0.0;
         self.specular(session, refraction);
-        self.sides(session, refraction);
+        let mirrors = self.sides(session, refraction);
         let most = self.number_or(session, "MaxDetPhotons", 1e6);
         let t0 = self.number_or(forward, "T0", 0.0);
         let t1 = self.number_or(forward, "T1", 5e-9);
@@ -205,6 +226,7 @@ impl Reader<'_> {
         Settings {
             photons: photons as i64,
             refraction,
+            mirrors,
             gates: [t0, t1, dt.min(t1 - t0)],
             weight_windows: self.number_or(forward, "WeightWindows", 0.0) != 0.0,
             measures_surface: self.number_or(session, "DoSaveRef", 0.0) != 0.0,
@@ -240,36 +262,43 @@ impl Reader<'_> {
         }
     }
 
-    /// Reports sides of the volume (option --bc) that do not act like all other faces of voxels.
-    fn sides(&mut self, session: &Node, refraction: bool) {
+    /// Returns the sides of the volume that are mirrors (option --bc): −x, −y, −z, +x, +y, +z.
+    /// Reports sides that do not act like all other faces of voxels, and are no mirrors either.
+    fn sides(&mut self, session: &Node, refraction: bool) -> [bool; 6] {
+        let mut mirrors = [false; 6];
         let Some(node) = field(session, "BCFlags") else {
-            return;
+            return mirrors;
         };
         let Json::String(flags) = &node.json else {
-            return self.error(node, "BCFlags must be a text of 6 or 12 letters");
+            self.error(node, "BCFlags must be a text of 6 or 12 letters");
+            return mirrors;
         };
         for (i, letter) in flags.to_ascii_lowercase().chars().enumerate() {
             let advice = match (i, letter) {
                 (0..6, '_') | (6..12, '0' | '1' | '_') => continue,
+                (0..6, 'm') => {
+                    mirrors[i] = true;
+                    continue;
+                }
                 (0..6, 'r') if refraction => continue,
                 (0..6, 'a') if !refraction => continue,
                 (0..6, 'r' | 'a') => {
-                    "sides act like all faces: set DoMismatch (isreflect, -b) to 1 for r, or to 0 for a"
+                    "sides act like all faces: set DoMismatch (isreflect) to 1 for r, or to 0 for a"
                 }
                 (0..6, 'c') => {
-                    "for a layer without sides, make the volume so wide that little light reaches its sides"
+                    "for a layer without sides, give m if the volume and the source are symmetric about the side, or make the volume so \
+                     wide that little light reaches its sides"
                 }
-                (0..6, 'm') => {
-                    "for symmetric volumes and sources, give the whole volume instead of a mirror"
-                }
-                _ => "give six letters of _, r and a, and then six digits 0 or 1",
+                _ => "give six letters of _, r, a and m, and then six digits 0 or 1",
             };
             let message = format!(
                 "BCFlags (bc): morgana does not support the letter '{letter}' at place {}: {advice}",
                 i + 1
             );
-            return self.error(node, message);
+            self.error(node, message);
+            return mirrors;
         }
+        mirrors
     }
 
     /// Warns that the output is fluence, and says where to find the quantity that MCX would output
@@ -300,6 +329,15 @@ impl Reader<'_> {
 
 /// Returns rows of numbers. The node may also be a single row.
 pub(super) fn rows(node: &Node) -> Option<Vec<Vec<f64>>> {
+    rows_by(node, Node::number)
+}
+
+/// Returns rows of numbers, each read by `number`. The node may also be a single row.
+fn rows_by(node: &Node, number: fn(&Node) -> Option<f64>) -> Option<Vec<Vec<f64>>> {
+    let row = |node: &Node| match &node.json {
+        Json::Array(items) => items.iter().map(number).collect(),
+        _ => numbers(node),
+    };
     match &node.json {
         Json::Tensor(tensor) => {
             let columns = *tensor.shape().last().filter(|n| **n > 0)?;
@@ -307,9 +345,9 @@ pub(super) fn rows(node: &Node) -> Option<Vec<Vec<f64>>> {
             Some(all.chunks_exact(columns).map(<[f64]>::to_vec).collect())
         }
         Json::Array(items) if items.iter().all(|item| item.number().is_none()) => {
-            items.iter().map(numbers).collect()
+            items.iter().map(row).collect()
         }
-        _ => Some(vec![numbers(node)?]),
+        _ => Some(vec![row(node)?]),
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::super::tree::Node;
 use super::labels::Labels;
+use super::rays::{self, Rays};
 use super::{Place, Reader, field};
 use glam::DVec3;
 
@@ -21,8 +22,8 @@ pub(super) struct Source {
     pub second: [f64; 4],
     /// Weight of the source's photons.
     pub weight: f64,
-    /// Distance at which light converges, in voxels; 0 if light is parallel.
-    focus: f64,
+    /// Directions of the light around `direction`.
+    pub rays: Rays,
 }
 
 /// Returns the sources that a file selects by `ID`: all, or a single one, counted from 1.
@@ -54,7 +55,12 @@ impl Source {
         reader: &mut Reader,
     ) -> Option<Vec<Self>> {
         let positions = reader.table(node, "Pos", 3)?;
-        let directions = reader.table(node, "Dir", 3)?;
+        let directions = reader.directions(node, "Dir")?;
+        let errors = reader.diagnostics.error_count();
+        let angles = rays::by_quantiles(node, reader);
+        if reader.diagnostics.error_count() > errors {
+            return None;
+        }
         let mut parameters = |key| {
             if field(node, key).is_some() {
                 reader.table(node, key, 1)
@@ -77,10 +83,17 @@ impl Source {
             let place =
                 DVec3::from_slice(&place.of([position[0], position[1], position[2]])) / place.unit;
             let weight = position.get(3).copied().or(alone).unwrap_or(1.0);
+            let focus = directions[i].get(3).copied().unwrap_or(0.0);
+            if angles.is_some() && focus != 0.0 {
+                let message = "with AngleInverseCDF (angleinvcdf) the fourth number of Dir must be 0: angles between the given angles are \
+                               interpolated";
+                reader.error(node, message);
+                return None;
+            }
             let source = Source {
                 position: inside(place, labels),
                 direction: direction(&directions[i], node, reader)?,
-                focus: directions[i].get(3).copied().unwrap_or(0.0),
+                rays: angles.clone().unwrap_or_else(|| Rays::of_focus(focus)),
                 first: four(&first[i]),
                 second: four(&second[i]),
                 weight,
@@ -95,12 +108,6 @@ impl Source {
             sources.push(source);
         }
         Some(sources)
-    }
-
-    /// Returns true if the light of a source of this kind converges or diverges. The light of a
-    /// pencil beam starts at a point, so that a focus does not change it.
-    pub(super) fn has_focus(&self, kind: &str) -> bool {
-        self.focus != 0.0 && kind != "pencil"
     }
 
     /// Returns the beams of an array of pencil beams. The fourth parameters are the numbers of beams
@@ -126,7 +133,7 @@ impl Source {
             first: [0.0; 4],
             second: [0.0; 4],
             weight: self.weight / (counts[0] * counts[1]),
-            focus: 0.0,
+            rays: self.rays.clone(),
         };
         Ok(places.map(beam).collect())
     }

@@ -3,7 +3,7 @@
 use super::super::tree::{self, Json, Node};
 use super::coefficients::{Base, Coefficients, MediaFormat};
 use super::labels::Labels;
-use super::{Reader, field, jdata, numbers, shapes};
+use super::{Properties, Reader, field, jdata, numbers, shapes};
 use crate::draft;
 use crate::input::{self, Limits};
 use crate::scene::Tensor;
@@ -35,15 +35,14 @@ struct Stated<'a> {
     format: MediaFormat,
     /// True if z runs fastest in raw files.
     rows_first: bool,
-    media: Option<&'a Tensor>,
-    unit: f64,
+    properties: Properties<'a>,
 }
 
 /// Returns the voxels that a file describes; `None` after an error.
 pub(super) fn voxels(
     root: &Node,
     domain: &Node,
-    (media, unit): (Option<&Tensor>, f64),
+    properties: Properties,
     reader: &mut Reader,
 ) -> Option<Voxels> {
     // Count the voxels of shapes from 1, unless positions count from 0, as MCX does.
@@ -53,8 +52,7 @@ pub(super) fn voxels(
         origin: if from_zero { DVec3::ZERO } else { DVec3::ONE },
         format: format(domain, reader)?,
         rows_first: rows_first(domain, reader)?,
-        media,
-        unit,
+        properties,
     };
     let mut voxels = match field(domain, "VolumeFile") {
         Some(Node {
@@ -246,10 +244,12 @@ fn coefficients(
     stated: &Stated,
     limits: Limits,
 ) -> Result<Voxels, String> {
-    let media = stated.media.ok_or("a volume of coefficients needs Media")?;
+    let Properties { media, unit, phase } = stated.properties;
+    let media = media.ok_or("a volume of coefficients needs Media")?;
     let base = Base {
         media,
-        unit: stated.unit,
+        unit,
+        phase,
         limits,
     };
     let made = Coefficients::new(format, size, numbers, &base);
