@@ -153,9 +153,73 @@ fn light_that_leaves() {
     assert!(folder.files().contains(&"cube_detp.jdb".to_owned()));
 }
 
+/// Each pattern lights another column of voxels; its light has one joule.
+#[test]
+fn several_patterns() {
+    let mut file = input();
+    file["Optode"] = json!({"Source": {
+        "Type": "pattern", "Pos": [0, 0, -1], "Dir": [0, 0, 1], "Param1": [3, 0, 0, 3], "Param2": [0, 2, 0, 2], "SrcNum": 2,
+        "Pattern": {"Nx": 2, "Ny": 3, "Nz": 2, "Data": "pattern.bin"},
+    }});
+    // Patterns run fastest, then columns: the first lights column 1 of row 0, the second columns 0 and
+    // 2 of row 1 in the proportion 1 : 3.
+    let mut values = [0.0f32; 12];
+    (values[2], values[7], values[11]) = (0.5, 0.25, 0.75);
+    let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
+    let folder = folder(&file, &[1; 24]);
+    fs::write(folder.path("pattern.bin"), &bytes).unwrap();
+    let told = folder.succeed("mcx -f input.json -O F -F mc2");
+    assert_eq!(told.matches("absorbed by media").count(), 2, "{told}");
+    // The light fills a voxel, whose fluence is the fluence under a beam in its middle.
+    let share = |pattern: usize, column: usize| match (pattern, column) {
+        (0, 1) => 1.0,
+        (1, 3) => 0.25,
+        (1, 5) => 0.75,
+        _ => 0.0,
+    };
+    for (i, found) in numbers(&folder).into_iter().enumerate() {
+        let (pattern, column, k) = (i % 2, i / 2 % 6, i / 12);
+        near(found, share(pattern, column) * fluence(k));
+    }
+    folder.succeed("mcx -f input.json -O F -F jnii");
+    let image = folder.json("cube.jnii");
+    assert_eq!(image["NIFTIData"]["_ArraySize_"], json!([3, 2, 4, 1, 2]));
+    // A single pattern equals the first of two, bit by bit.
+    let both = numbers(&folder);
+    folder.succeed(r#"mcx -f input.json -O F -F mc2 -j {"Optode":{"Source":{"PatternID":1}}}"#);
+    let alone: Vec<f64> = both.iter().step_by(2).copied().collect();
+    assert_eq!(numbers(&folder), alone);
+    file["Optode"]["Detector"] = json!([{"Pos": [1.5, 0.5, 4], "R": 0.9}]);
+    fs::write(folder.path("input.json"), file.to_string()).unwrap();
+    let told = folder.succeed("mcx -f input.json -O F -F mc2");
+    assert!(!folder.files().contains(&"cube.mch".to_owned()), "{told}");
+    for (changes, expected) in [
+        (
+            r#"{"SrcNum":3}"#,
+            "has 12 values, but SrcNum, Param1 and Param2 state 3 x 3 x 2",
+        ),
+        (r#"{"PatternID":3}"#, "from 1 to 2, but it is 3"),
+    ] {
+        let message = folder.refuse(&format!(
+            r#"mcx -f input.json -j {{"Optode":{{"Source":{changes}}}}}"#
+        ));
+        assert!(message.contains(expected), "{message}");
+    }
+    let message = folder.refuse("render input.json -o a.npz");
+    assert!(
+        message.contains("morgana mcx runs all of them"),
+        "{message}"
+    );
+}
+
 #[test]
 fn other_output() {
     let folder = folder(&input(), &[1; 24]);
+    // Strings of MCX's examples have line breaks.
+    let text = input().to_string();
+    let help = "{\"Help\": {\"en\": \"a \\\"line\\\",\n\tanother\"}, ";
+    fs::write(folder.path("breaks.json"), text.replacen('{', help, 1)).unwrap();
+    folder.succeed("mcx -f breaks.json -n 64");
     assert!(folder.succeed("mcx --help").contains("-f, --input FILE"));
     assert!(folder.succeed("mcx -v").contains("morgana"));
     assert!(folder.succeed("mcx -L").contains("threads of the CPU"));
@@ -173,7 +237,7 @@ fn other_output() {
         ("-f input.json -w Q", "SaveDataMask (-w) Q"),
         ("-f input.json --foo", "unknown option"),
         ("-n 10", "give an input file"),
-        ("-f input.json -B cc____", "so wide that"),
+        ("-f input.json -B cc____", "wide that little light"),
     ] {
         let message = folder.refuse(&format!("mcx {options}"));
         assert!(message.contains(expected), "{options}: {message}");

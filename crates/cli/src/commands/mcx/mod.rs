@@ -1,6 +1,7 @@
 //! `morgana mcx`: runs an input file with the options of MCX, and writes files like MCX.
 
 mod options;
+mod patterns;
 mod photons;
 mod session;
 
@@ -16,7 +17,7 @@ use io::{Diagnostics, LoadOptions, Loaded, Outcome, Run, atomic};
 use options::{CommandLine, Show};
 use rayon::ThreadPoolBuilder;
 use serde_json::Value;
-use session::Session;
+use session::{Report, Session};
 use std::ffi::OsStr;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -43,7 +44,7 @@ Run:
   -n, --photon N         number of photons; -r repeats them
   -E, --seed N           seed of the random numbers
   -b, --reflect 0|1      refraction and reflection where the index jumps
-  -B, --bc LETTERS       sides: _, r or a for each, then 1 where a side detects light
+  -B, --bc LETTERS       sides: _, r, a or m (mirror) for each, then 1 where a side detects light
   -u, --unitinmm MM      length of a voxel's edge
   -z, --srcfrom0 0|1     coordinates of the volume's corner: 1 for 0,0,0, 0 for 1,1,1
   -V, --specular 0|1     reflection of light that enters
@@ -102,19 +103,37 @@ fn run(line: &CommandLine) -> Result<ExitCode, CommandError> {
     let folder = line.root.as_ref().map(PathBuf::from);
     let folder = folder.or_else(|| path.and_then(|p| p.parent().map(Path::to_owned)));
     find_files(&mut root, &folder.unwrap_or_default());
-    let loaded = loaded(root)?;
-    load::warn(&loaded);
     let interrupt = Interrupt::watch()?;
-    let (outcome, stopped) = measured(&loaded, session.seed, &interrupt)?;
-    let Outcome::Readings(measurement) = outcome else {
-        return Err(CommandError::Runtime("the input has no meter".into()));
-    };
-    let written = session.write(&loaded, &measurement)?;
+    let mut report = Report::default();
+    let mut stopped = None;
+    for input in patterns::inputs(root) {
+        let loaded = loaded(input)?;
+        if report.balances.is_empty() {
+            load::warn(&loaded);
+        }
+        let (outcome, end) = measured(&loaded, session.seed, &interrupt)?;
+        let Outcome::Readings(measurement) = outcome else {
+            return Err(CommandError::Runtime("the input has no meter".into()));
+        };
+        report.photons += measurement.particles;
+        report
+            .balances
+            .push(crate::balance::text(&measurement.balance));
+        report
+            .volumes
+            .extend(session.volume(&loaded, &measurement)?);
+        report.last = Some((loaded, *measurement));
+        stopped = end;
+        if stopped.is_some() {
+            break;
+        }
+    }
+    let written = session.write(&report)?;
     let text = format!(
         "{} photons in {:.1} s\n{}\nwrote {}",
-        measurement.particles,
+        report.photons,
         started.elapsed().as_secs_f64(),
-        crate::balance::text(&measurement.balance),
+        report.balances.join("\n"),
         written.join(", ")
     );
     if line.log {
@@ -151,12 +170,29 @@ fn input(line: &CommandLine) -> Result<(Value, Option<PathBuf>), CommandError> {
     let shown = path
         .as_deref()
         .map_or("input".into(), Path::to_string_lossy);
-    let root: Value = serde_json::from_str(&text)
+    let root: Value = serde_json::from_str(&with_escapes(&text))
         .map_err(|e| CommandError::Usage(format!("{shown}: it is not JSON: {e}")))?;
     if !root.is_object() {
         return Err(CommandError::Usage(format!("{shown}: it is not an object")));
     }
     Ok((root, path))
+}
+
+/// Returns a text of JSON with escapes instead of control characters in its strings. Strings of MCX's
+/// own examples have line breaks.
+fn with_escapes(text: &str) -> String {
+    let mut found = String::with_capacity(text.len());
+    let (mut is_string, mut is_escaped) = (false, false);
+    for c in text.chars() {
+        if is_string && c.is_ascii_control() {
+            found.push_str(&format!("\\u{:04x}", u32::from(c)));
+        } else {
+            found.push(c);
+        }
+        is_string ^= c == '"' && !is_escaped;
+        is_escaped = is_string && c == '\\' && !is_escaped;
+    }
+    found
 }
 
 fn dump(root: &Value, target: &str) -> Result<ExitCode, CommandError> {
@@ -171,7 +207,11 @@ fn dump(root: &Value, target: &str) -> Result<ExitCode, CommandError> {
 
 /// Replaces names of files that do not exist in the current folder by names in another folder.
 fn find_files(root: &mut Value, folder: &Path) {
-    for place in ["/Domain/VolumeFile", "/Optode/Source/Pattern"] {
+    for place in [
+        "/Domain/VolumeFile",
+        "/Optode/Source/Pattern",
+        "/Optode/Source/Pattern/Data",
+    ] {
         let Some(Value::String(name)) = root.pointer_mut(place) else {
             continue;
         };

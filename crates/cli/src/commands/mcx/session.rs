@@ -2,7 +2,7 @@
 
 use super::options::{CommandLine, set, take};
 use super::photons::{Columns, Detector, Photons};
-use crate::command_error::CommandError;
+use crate::command_error::{CommandError, warn};
 use io::Loaded;
 use io::arrays::{Array, Context, list};
 use io::element::Element;
@@ -52,6 +52,24 @@ pub(super) struct Session {
     unit: f64,
     /// Start of the first time gate and width of a gate, in seconds.
     gate: [f64; 2],
+}
+
+/// Values of the voxels of a run.
+pub(super) struct RunVolume {
+    /// Numbers of voxels along x, y, z.
+    size: [usize; 3],
+    /// Values with x fastest, then y, z and time gates.
+    values: Vec<f64>,
+}
+
+/// Results of all runs of an input.
+#[derive(Default)]
+pub(super) struct Report {
+    pub photons: u64,
+    /// Texts of the energy balances.
+    pub balances: Vec<String>,
+    pub volumes: Vec<RunVolume>,
+    pub last: Option<(Loaded, Measurement)>,
 }
 
 impl Session {
@@ -140,40 +158,45 @@ impl Session {
     }
 
     /// Writes all files. Returns their names.
-    pub(super) fn write(
-        &self,
-        loaded: &Loaded,
-        measurement: &Measurement,
-    ) -> Result<Vec<String>, CommandError> {
+    pub(super) fn write(&self, report: &Report) -> Result<Vec<String>, CommandError> {
         let mut written = Vec::new();
         if self.saves_volume {
-            let path = self.write_volume(loaded, measurement)?;
+            let path = self.write_volume(&report.volumes)?;
             written.push(path.to_string_lossy().into_owned());
         }
-        if let Some(columns) = &self.columns {
-            let detectors = self.detectors(loaded, measurement);
-            if !detectors.is_empty() {
-                let photons = Photons {
-                    columns,
-                    detectors,
-                    media: &self.media,
-                    size: self.size(loaded, measurement),
-                    unit: self.unit,
-                    particles: measurement.particles,
-                };
-                let path = match self.format {
-                    Format::Jnii => self.file("_detp.jdat"),
-                    Format::Bnii => self.file("_detp.jdb"),
-                    Format::Mc2 => self.file(".mch"),
-                };
-                match self.format {
-                    Format::Mc2 => photons.write_history(&path)?,
-                    Format::Jnii => photons.value()?.write(&path, JdataForm::Text)?,
-                    Format::Bnii => photons.value()?.write(&path, JdataForm::Binary)?,
-                }
-                written.push(path.to_string_lossy().into_owned());
-            }
+        let (Some(columns), Some((loaded, measurement))) = (&self.columns, &report.last) else {
+            return Ok(written);
+        };
+        let detectors = self.detectors(loaded, measurement);
+        if detectors.is_empty() {
+            return Ok(written);
         }
+        if report.balances.len() > 1 {
+            warn(
+                "detected photons of several patterns are not written: choose one pattern by \
+                 -j '{\"Optode\": {\"Source\": {\"PatternID\": 1}}}'",
+            );
+            return Ok(written);
+        }
+        let photons = Photons {
+            columns,
+            detectors,
+            media: &self.media,
+            size: self.size(loaded, measurement),
+            unit: self.unit,
+            particles: measurement.particles,
+        };
+        let path = match self.format {
+            Format::Jnii => self.file("_detp.jdat"),
+            Format::Bnii => self.file("_detp.jdb"),
+            Format::Mc2 => self.file(".mch"),
+        };
+        match self.format {
+            Format::Mc2 => photons.write_history(&path)?,
+            Format::Jnii => photons.value()?.write(&path, JdataForm::Text)?,
+            Format::Bnii => photons.value()?.write(&path, JdataForm::Binary)?,
+        }
+        written.push(path.to_string_lossy().into_owned());
         Ok(written)
     }
 
@@ -200,26 +223,49 @@ impl Session {
             .collect()
     }
 
-    fn write_volume(
+    /// Returns the volume of a run, as it is written; `None` if it is not written.
+    pub(super) fn volume(
         &self,
         loaded: &Loaded,
         measurement: &Measurement,
-    ) -> Result<PathBuf, CommandError> {
+    ) -> Result<Option<RunVolume>, CommandError> {
+        if !self.saves_volume {
+            return Ok(None);
+        }
         let array = self.reading(loaded, measurement, true)?;
-        let [x, y, z] = size(&array);
-        let gates = array.data.len() / (x * y * z).max(1);
+        let size = size(&array);
         let scale = self.scale(measurement);
         let mut values: Vec<f64> = array.data.iter().map(|v| v * scale).collect();
         if self.saves_reflectance {
-            self.add_reflectance(loaded, measurement, [x, y, z], &mut values);
+            self.add_reflectance(loaded, measurement, size, &mut values);
         }
+        Ok(Some(RunVolume { size, values }))
+    }
+
+    /// Writes the volumes of all runs to one file.
+    fn write_volume(&self, volumes: &[RunVolume]) -> Result<PathBuf, CommandError> {
+        let Some(RunVolume { size, values }) = volumes.first() else {
+            return Err(CommandError::Runtime("the input has no volume".into()));
+        };
+        let [x, y, z] = *size;
+        let gates = values.len() / (x * y * z).max(1);
         let path = match self.format {
             Format::Jnii => self.file(".jnii"),
             Format::Bnii => self.file(".bnii"),
             Format::Mc2 => self.file(".mc2"),
         };
-        let shape = vec![x, y, z, gates, 1];
-        let packed = PackedArray::new(Element::F32, shape, true, values);
+        let shape = vec![x, y, z, gates, volumes.len()];
+        let of_all: Vec<f64> = match self.format {
+            // Patterns run fastest.
+            Format::Mc2 => (0..values.len())
+                .flat_map(|i| volumes.iter().map(move |volume| volume.values[i]))
+                .collect(),
+            _ => volumes
+                .iter()
+                .flat_map(|v| v.values.iter().copied())
+                .collect(),
+        };
+        let packed = PackedArray::new(Element::F32, shape, true, of_all);
         let packed = packed.map_err(|e| CommandError::Runtime(e.to_string()))?;
         if self.format == Format::Mc2 {
             io::atomic::write_bytes(&path, &packed.bytes)?;
