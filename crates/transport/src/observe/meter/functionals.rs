@@ -88,9 +88,9 @@ impl Linear<'_> {
         let parts = || self.parts.map_or([0.0; 2], |parts| parts.map(mean));
         let by = quantity.derivatives(parts);
         see(self.first + bin, by[0] / quantity.divisor(bin));
-        if quantity.distance() > 0 {
+        if quantity.stride() > 0 {
             see(
-                self.first + quantity.distance() + bin,
+                self.first + quantity.stride() + bin,
                 by[1] / quantity.divisor(bin),
             );
         }
@@ -142,7 +142,7 @@ impl Setup<'_> {
             rows: Rows::Each {
                 first: linear.first,
                 count: linear.quantity.cells(),
-                distance: linear.quantity.distance(),
+                distance: linear.quantity.stride(),
             },
         }
     }
@@ -151,7 +151,7 @@ impl Setup<'_> {
         let before: usize = self.meters[..meter].iter().map(Meter::cells).sum();
         let mut quantities = self.meters[meter].quantities();
         let of = |readings: &'n [Vec<Reading>]| {
-            let [own, distance] = [quantities[reading].first, quantities[reading].distance()];
+            let [own, distance] = [quantities[reading].first, quantities[reading].stride()];
             [own, own + distance].map(|first| {
                 let mut all = quantities.iter().zip(&readings[meter]);
                 all.find(|(q, _)| q.is_linear() && q.first == first)

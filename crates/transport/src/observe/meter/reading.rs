@@ -188,8 +188,8 @@ impl Quantity {
 
     /// Returns the distance in cells between the parts that the quantity is read from; 0 if it is a
     /// sum of scores.
-    pub(super) fn distance(&self) -> usize {
-        self.value.distance()
+    pub(super) fn stride(&self) -> usize {
+        self.value.stride()
     }
 
     /// Returns the measure of a bin, such as its volume.
@@ -218,7 +218,7 @@ impl Quantity {
     /// Returns all cells that the quantity is read from.
     pub(super) fn reads(&self) -> impl Iterator<Item = Range<usize>> + '_ {
         let own = move |place: usize| {
-            let first = self.first + place * self.value.distance();
+            let first = self.first + place * self.value.stride();
             first..first + self.cells()
         };
         (0..self.value.parts())
@@ -285,7 +285,7 @@ struct Found {
 
 impl Value {
     /// Returns the distance in cells between the parts of a value.
-    fn distance(self) -> usize {
+    fn stride(self) -> usize {
         match self {
             Value::Mean => 0,
             Value::Amplitude(distance) | Value::Phase(distance) => distance,
@@ -310,7 +310,7 @@ impl Value {
             };
         }
         let slots: [usize; PARTS] =
-            std::array::from_fn(|part| slot + part * self.distance() * channels);
+            std::array::from_fn(|part| slot + part * self.stride() * channels);
         let variances = slots.map(|slot| tally.error(slot).powi(2));
         let phasor = Phasor::of(slots.map(|slot| tally.mean(slot)), variances);
         let [mean, error] = match self {
