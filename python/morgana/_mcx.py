@@ -112,6 +112,8 @@ def load_mcx(cfg: Mapping[str, Any], /, *, weight_windows: bool = False, pattern
         if getattr(getattr(left[key], "dtype", None), "kind", "") == "c":
             raise TypeError(f"cfg[{key!r}] has complex numbers but must be an array of real ones")
     source = _taken(left, SOURCE)
+    if "Dir" in source:
+        source["Dir"] = _directions(source["Dir"])
     if "srcpattern" in left:
         source["Pattern"] = np.ascontiguousarray(numbers(left.pop("srcpattern"), "cfg['srcpattern']"))
     if pattern:
@@ -154,6 +156,19 @@ def _check_photons(left: Dict[str, Any]) -> None:
         raise ValueError("seed is an array, but morgana does not replay photons: leave it out, and give render a number")
     if "R" in str(left.pop("debuglevel", "")).upper():
         raise ValueError("debuglevel R requests random numbers instead of the fluence: leave it out")
+
+
+def _directions(srcdir: Any) -> Any:
+    """Returns directions, with texts of JData for focal lengths that are infinite or NaN."""
+    rows = np.asarray(srcdir)
+    if rows.dtype.kind != "f" or np.isfinite(rows).all():
+        return srcdir
+    texts = {"nan": "_NaN_", "inf": "_Inf_", "-inf": "-_Inf_"}
+
+    def row(values: Any) -> Any:
+        return [texts.get(str(float(v)), float(v)) for v in values]
+
+    return row(rows) if rows.ndim == 1 else [row(values) for values in rows]
 
 
 def _quantiles(left: Dict[str, Any], key: str) -> Dict[str, Any]:

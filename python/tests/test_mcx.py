@@ -44,19 +44,19 @@ def test_mistakes_are_named():
 
 
 def test_mirrors_quantiles_and_focuses():
-    def absorbed(**changes):
-        scene = morgana.load_mcx(configuration(isreflect=0, **changes))
-        return morgana.render(scene, particles=4000, seed=1).balance["absorbed_by_media"]["mean"]
+    def escaped(**changes):
+        return morgana.render(morgana.load_mcx(configuration(**changes)), particles=4000, seed=1).balance["escaped"]["mean"]
 
-    assert absorbed(bc="mmmmmm") > 0.999 > absorbed()
-    # Nearly all light goes straight on, as with g close to 1.
-    straight = absorbed(invcdf=np.linspace(0.999, 0.9999, 20))
-    assert straight != absorbed()
+    assert escaped(bc="mmmmmm") == 0.0 < escaped(bc="m_____") < escaped()
+    # Evenly spaced quantiles are isotropic scattering, whatever g is. The difference has a standard error below 0.01.
+    forward, isotropic = ([PROP[0], *([mua, mus, g, n] for mua, mus, _, n in PROP[1:])] for g in (0.95, 0.0))
+    by_quantiles = escaped(prop=forward, invcdf=np.linspace(-1, 1, 21)[1:-1])
+    assert abs(by_quantiles - escaped(prop=isotropic)) < 0.04 < abs(by_quantiles - escaped(prop=forward))
     wide = {"srctype": "disk", "srcparam1": [2, 0, 0, 0], "srcpos": [3, 4, -1]}
     for focus in (np.nan, -np.inf, 5.0):
         for direction in ([0, 0, 1, focus], np.array([0, 0, 1, focus])):
-            assert 0 < absorbed(**wide, srcdir=direction) < 1
-    assert 0 < absorbed(**wide, angleinvcdf=[0, 0.1, 0.2]) < 1
+            assert 0 < escaped(**wide, srcdir=direction) < 1
+    assert 0 < escaped(**wide, angleinvcdf=[0, 0.1, 0.2]) < 1
 
 
 def test_several_patterns():
