@@ -58,13 +58,6 @@ struct SlotSums {
     totals: [f64; 3],
 }
 
-impl Row {
-    /// Returns the distance between slots and their number.
-    fn shape(self) -> [u32; 2] {
-        [self.stride, self.count]
-    }
-}
-
 impl Default for Scores {
     fn default() -> Self {
         Scores {
@@ -122,21 +115,18 @@ impl Scores {
 
     /// Ends the task and returns its sums.
     #[must_use]
-    pub(crate) fn finish(mut self) -> TaskSums {
+    pub(crate) fn finish(self) -> TaskSums {
         let mut entries = Vec::with_capacity(self.sums.len());
-        self.rows.sort_unstable_by_key(|row| row.first);
-        for rows in self.rows.chunk_by(|a, b| a.shape() == b.shape()) {
-            // Slots in ascending order, which leaves little to sort.
-            for k in 0..rows[0].count {
-                let totals = |row: &Row| self.sums[(row.start + k) as usize].totals;
-                let slots = rows
-                    .iter()
-                    .map(|row| (row.first + k * row.stride, totals(row)));
+        for row in &self.rows {
+            let sums = &self.sums[row.start as usize..][..row.count as usize];
+            for (k, sums) in (0..).zip(sums) {
                 // Skip slots without values, or whose values cancelled.
-                entries.extend(slots.filter(|(_, totals)| totals[2] > 0.0));
+                if sums.totals[2] > 0.0 {
+                    entries.push((row.first + k * row.stride, sums.totals));
+                }
             }
         }
-        entries.sort_by_key(chunk);
+        entries.sort_unstable_by_key(chunk);
         TaskSums { entries }
     }
 
