@@ -40,6 +40,7 @@ const PARAMETERS: &[(PluginKind, &[&str])] = &[
             "water",
         ],
     ),
+    (PluginKind::Phase, &["quantiles"]),
     (
         PluginKind::Sampler,
         &["adaptive", "bending", "phases", "replicate_size"],
@@ -61,6 +62,7 @@ const PARAMETERS: &[(PluginKind, &[&str])] = &[
             "max_records",
             "metres_per_unit",
             "min_bound",
+            "modulation_frequencies",
             "normalization",
             "nu",
             "numerical_aperture",
