@@ -303,6 +303,16 @@ fn arrays_of_pencil_beams() {
             .unwrap_err()
             .contains("numbers of beams")
     );
+    // SIMPA writes a single beam without sides and numbers.
+    let source = &mut file["Optode"]["Source"];
+    (source["Param1"], source["Param2"]) = (json!([0, 0, 0, 0]), json!([0, 0, 0, 0]));
+    let of = |file: &Value| {
+        let loaded = load(file, &[1; 60]).unwrap();
+        Run::new(&loaded).measure().unwrap().readings[0][0].clone()
+    };
+    let single = of(&file);
+    file["Optode"]["Source"]["Type"] = json!("pencil");
+    assert_eq!(single, of(&file));
 }
 
 #[test]

@@ -111,9 +111,10 @@ impl Source {
     }
 
     /// Returns the beams of an array of pencil beams. The fourth parameters are the numbers of beams
-    /// along the sides; the outermost beams are at the corners.
+    /// along the sides, 0 standing for 1; the outermost beams are at the corners.
     pub(super) fn beams(&self, labels: Option<&Labels>) -> Result<Vec<Self>, String> {
-        let counts = [self.first[3], self.second[3]];
+        // SIMPA writes a single beam as an array without sides and numbers.
+        let counts = [self.first[3], self.second[3]].map(|n| if n == 0.0 { 1.0 } else { n });
         let is_count = |n: f64| n.fract() == 0.0 && n >= 1.0;
         if !counts.into_iter().all(is_count) || counts[0] * counts[1] > MAX_BEAMS {
             return Err(format!(
