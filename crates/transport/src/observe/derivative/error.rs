@@ -33,7 +33,7 @@ pub enum DerivativeError {
         "the phase function of '{0}' has no mean cosine g to differentiate by: only hg has, also of labels and of voxels"
     )]
     Phase(String),
-    /// The medium has no labels.
+    /// The medium has no voxels of labels.
     #[error(
         "'{0}' has no voxels of labels to differentiate by: leave 'voxels' out of the name, or give 'labels' a surface of voxels"
     )]
