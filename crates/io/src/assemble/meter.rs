@@ -23,6 +23,7 @@ use transport::meter::{
 };
 use transport::scene::{FilmSpec, Object};
 use transport::sensor::Sensor;
+use transport::shape::{Shape, VoxelFaces};
 use transport::sidebands::Sidebands;
 
 /// Default number of particles.
@@ -291,14 +292,33 @@ fn weight_windows(q: &mut Query, has_lengths: bool) -> bool {
 
 /// Reads the bins of position; a volume of labels has a single bin for all its surfaces.
 fn positions(place: &MeterPlace, objects: &[Object], q: &mut Query) -> Positions {
-    let shapes = place.surfaces.iter().map(|s| &objects[s.object].shape);
-    match (place.is_shape, &place.surfaces[..]) {
-        (true, [surface]) => {
-            let resolution = ["nu", "nv"].map(|name| q.integer(name) as usize);
-            let parts = q.boolean("parts");
-            Positions::new(&objects[surface.object].shape, resolution, parts)
+    let shapes = || place.surfaces.iter().map(|s| &objects[s.object].shape);
+    let faces = shapes().map(|shape| match shape {
+        Shape::VoxelFaces(faces) => Some(&**faces),
+        _ => None,
+    });
+    let faces: Option<Vec<&VoxelFaces>> = faces.collect();
+    let names = ["nu", "nv", "parts"];
+    if let (false, None, Some(name)) = (
+        place.is_shape,
+        &faces,
+        names.into_iter().find(|name| q.has(name)),
+    ) {
+        let message = "smooth surfaces of labels have no coordinates: set 'surface' of the labels to 'voxels'";
+        q.error(name, message);
+    }
+    let mut resolution = || ["nu", "nv"].map(|name| q.integer(name) as usize);
+    match (faces, &place.surfaces[..]) {
+        (Some(faces), _) => {
+            let resolution = resolution();
+            Positions::of_voxel_faces(faces, resolution, q.boolean("parts"))
         }
-        _ => Positions::whole(shapes),
+        (None, [surface]) if place.is_shape => {
+            let resolution = resolution();
+            let shape = &objects[surface.object].shape;
+            Positions::new(shape, resolution, q.boolean("parts"))
+        }
+        _ => Positions::whole(shapes()),
     }
 }
 

@@ -184,6 +184,26 @@ impl VoxelFaces {
         areas
     }
 
+    /// Returns the areas of the bins of each part, u fastest, for `count` equal bins of u and v
+    /// across the grid.
+    pub fn bin_areas(&self, count: [usize; 2]) -> Vec<f64> {
+        let [columns, rows] = count;
+        let mut areas = vec![0.0; 6 * columns * rows];
+        let size = self.size();
+        for (axis, place) in self.all_faces() {
+            let [a, b] = others(axis);
+            let overlaps = |k: usize, bins: usize| overlaps(place[k], bins as f64 / size[k]);
+            let first = rows * self.part(axis, place);
+            let face = self.placement.axis_stretch(axis);
+            for (row, high) in overlaps(b, rows) {
+                for (column, wide) in overlaps(a, columns) {
+                    areas[(first + row) * columns + column] += face * high * wide;
+                }
+            }
+        }
+        areas
+    }
+
     pub(super) fn sample_area(&self, u: [f64; 2]) -> AreaSample {
         let mut rest = u[0] * self.area();
         let area = |axis: usize| self.faces[axis].len() as f64 * self.placement.axis_stretch(axis);
@@ -230,7 +250,8 @@ impl VoxelFaces {
     }
 
     pub(super) fn tangents(&self, part: u32) -> [DVec3; 2] {
-        others(part as usize / 2).map(|k| self.placement.vector(DVec3::AXES[k]))
+        let size = self.size();
+        others(part as usize / 2).map(|k| self.placement.vector(DVec3::AXES[k] * size[k]))
     }
 
     pub(super) fn intersect(&self, arc: &RayArc, theta: [f64; 2]) -> Option<Intersection> {
@@ -333,13 +354,14 @@ impl VoxelFaces {
         let axis = at.primitive as usize / 2;
         let is_up = (at.primitive % 2 == 1) != self.turned;
         let local = at.local.clamp(DVec3::ZERO, self.size());
-        let within = others(axis).map(|k| local[k] - local[k].floor());
+        let size = self.size();
+        let across = others(axis).map(|k| local[k] / size[k]);
         let normal = self.placement.axis_normal(axis);
         Hit {
             theta: at.theta,
             position: self.placement.point(local),
             normal: if is_up { normal } else { -normal },
-            uv: Uv::Plain(within),
+            uv: Uv::Plain(across),
             primitive: at.primitive,
         }
     }
@@ -452,6 +474,18 @@ impl VoxelFaces {
 /// Returns the two other axes in cyclic order.
 fn others(axis: usize) -> [usize; 2] {
     [(axis + 1) % 3, (axis + 2) % 3]
+}
+
+/// Returns the bins that a voxel overlaps along an axis, each with the fraction of the voxel in it.
+/// `lowest` is the voxel's coordinate; a voxel has the width `bins`, in bins.
+fn overlaps(lowest: f64, bins: f64) -> impl Iterator<Item = (usize, f64)> {
+    let [start, end] = [lowest * bins, (lowest + 1.0) * bins];
+    // Rounding must not add a bin.
+    let bins_within = (start + 1e-9).floor() as usize..(end - 1e-9).ceil() as usize;
+    bins_within.map(move |bin| {
+        let part = end.min(bin as f64 + 1.0) - start.max(bin as f64);
+        (bin, part / (end - start))
+    })
 }
 
 /// Corners of the voxels of a grid, numbered with x varying fastest.

@@ -2,8 +2,11 @@
 
 use super::reading::ReadingAxis;
 use crate::Bins;
-use crate::shape::{Hit, Shape};
+use crate::shape::{Hit, Shape, VoxelFaces};
 use std::f64::consts::PI;
+
+/// Number of sides of a grid of voxels.
+const SIDES: usize = 6;
 
 /// Bins of position on the surface of a shape: parts, and the coordinates u and v within each part.
 ///
@@ -14,6 +17,7 @@ use std::f64::consts::PI;
 /// | side of a cylinder | side 0, caps 1 and 2 | angle, in turns | height, in \[0, 1\] |
 /// | sphere | | angle, in turns | cosine of the polar angle |
 /// | mesh | triangles | none | none |
+/// | faces of voxels | sides of the grid to which the faces point | coordinate across the grid, in \[0, 1\] | second |
 #[derive(Clone, Debug, PartialEq)]
 pub struct Positions {
     /// True if v is the cosine of an angle.
@@ -52,6 +56,30 @@ impl Positions {
             resolution: [u, v],
             areas: (!fine || shape.is_even())
                 .then(|| areas.iter().enumerate().flat_map(divide).collect()),
+        }
+    }
+
+    /// Creates the given numbers of bins along u and v, across the grid to which all the faces
+    /// belong. Parts are distinguished if `parts` is set: the faces that point to −x, +x, −y, +y,
+    /// −z, +z, with the coordinates y and z, z and x, x and y of the grid.
+    pub fn of_voxel_faces<'s>(
+        surfaces: impl IntoIterator<Item = &'s VoxelFaces>,
+        resolution: [usize; 2],
+        parts: bool,
+    ) -> Self {
+        let bins = resolution[0] * resolution[1];
+        let mut areas = vec![0.0; if parts { SIDES * bins } else { bins }];
+        for faces in surfaces {
+            let own = faces.bin_areas(resolution);
+            for (bin, area) in own.into_iter().enumerate() {
+                areas[if parts { bin } else { bin % bins }] += area;
+            }
+        }
+        Positions {
+            sphere: false,
+            parts: if parts { SIDES } else { 1 },
+            resolution,
+            areas: Some(areas),
         }
     }
 
