@@ -304,7 +304,9 @@ impl FluenceMeter {
             }
         };
         if self.pieces_of_line(&line, &mut see).is_none() {
-            let arc = Arc::line(free.start, step, 1.0);
+            // Planted error "gates of free flights by a wrong optical length", found by morgana-io/io::fluorescence::an_infinite_medium_fluoresces_as_in_closed_form:
+            // let arc = Arc::line(free.start, step, 1.0);
+            let arc = free.arc();
             let segment = Segment {
                 arc: &arc,
                 theta_end: 1.0,
