@@ -96,7 +96,8 @@ class Result(Data):
         ``None`` if no particles were traced.
 
         Entries are ``emitted``, and the ``mean`` and ``standard_error`` of ``absorbed_by_media``,
-        ``absorbed_by_surfaces``, ``escaped``, ``cut_off``, ``lost``, ``left_over``.
+        ``absorbed_by_surfaces``, ``escaped``, ``cut_off``, ``lost``, ``fluorescence``, ``left_over``.
+        Fluorescence is power that media emit besides the emitters.
         """
         balance: Optional[Dict[str, Any]] = self.stats["balance"]
         return balance

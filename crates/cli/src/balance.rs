@@ -14,6 +14,11 @@ pub fn text(b: &EnergyBalance) -> String {
         ("lost", b.lost),
         ("left over", b.residual),
     ];
+    let fluorescence = Some(b.fluorescence).filter(|share| share.mean > 0.0);
+    let fluorescence = fluorescence.map_or_else(String::new, |share| {
+        let power = numbers::with_error(share.mean, share.error);
+        format!(", and as fluorescence {power}")
+    });
     let text = |(name, share): &(&str, Share)| {
         format!("{name} {}", numbers::with_error(share.mean, share.error))
     };
@@ -25,7 +30,7 @@ pub fn text(b: &EnergyBalance) -> String {
         parts.push("there is no light".into());
     }
     format!(
-        "emitted {}: {}",
+        "emitted {}{fluorescence}: {}",
         numbers::plain(b.emitted),
         parts.join(" · ")
     )

@@ -187,6 +187,7 @@ pub fn balance(b: &EnergyBalance) -> Value {
         "escaped": share(b.escaped),
         "cut_off": share(b.cut),
         "lost": share(b.lost),
+        "fluorescence": share(b.fluorescence),
         "left_over": share(b.residual),
     })
 }

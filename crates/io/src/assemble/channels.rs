@@ -1,7 +1,7 @@
 //! Spectral channels: luminance, RGB, or any list of wavelengths.
 
 use super::colour::{self, Seen, at, luminance};
-use super::described::{diffracts, disperses, is_meter};
+use super::described::{diffracts, disperses, fluoresces, is_meter};
 use super::texture_role::Role;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::scene::{ObjectDescription, PluginKind, SpectrumValue, Value, descendants};
@@ -19,7 +19,7 @@ pub(super) enum Channels {
         /// Wavelengths in nm.
         nm: Vec<f64>,
         /// True if each wavelength has its own paths, because an index or the diffraction at the
-        /// aperture depends on the wavelength.
+        /// aperture depends on the wavelength, or because a medium fluoresces.
         apart: bool,
     },
 }
@@ -45,7 +45,8 @@ impl Channels {
                 _ => Channels::Rgb,
             };
         };
-        let apart = descendants(seen(root)).any(disperses) || first.is_some_and(diffracts);
+        let depends = |object: &ObjectDescription| disperses(object) || fluoresces(object);
+        let apart = descendants(seen(root)).any(depends) || first.is_some_and(diffracts);
         let channels = Channels::of_film(film, diagnostics);
         if apart { channels.apart() } else { channels }
     }

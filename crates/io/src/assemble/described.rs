@@ -1,5 +1,6 @@
 //! Facts about a description that are known before assembly.
 
+use super::fluorescence::FLUOROPHORE;
 use crate::scene::{ObjectDescription, PluginKind, Value};
 
 /// Types of sensors that are meters.
@@ -24,6 +25,13 @@ pub(super) fn disperses(object: &ObjectDescription) -> bool {
         PluginKind::Phase => object.plugin == "mie" && !gives("wavelength"),
         _ => false,
     }
+}
+
+/// Returns true if an object is a medium with a fluorophore, which light of one channel excites to
+/// emit light in other channels.
+pub(super) fn fluoresces(object: &ObjectDescription) -> bool {
+    let mut names = object.properties.iter().map(|p| p.name.as_str());
+    object.kind == PluginKind::Medium && names.any(|name| name == FLUOROPHORE)
 }
 
 /// Returns true if a sensor's image depends on the wavelength of the channel through diffraction.

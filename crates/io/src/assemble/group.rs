@@ -368,6 +368,13 @@ impl<'a> Children<'a> {
             options.loading.stop(),
         );
         let scene = scene.map_err(|problems| report.all(&problems)).ok()?;
+        // Refuse pictures without the fluorescence.
+        if scene.fluoresces() && instruments.is_empty() && method.renderer.integrator().is_some() {
+            let message = "pictures have no fluorescence: measure it with a fluencemeter or an irradiancemeter";
+            let error = Diagnostic::error(message).at(&self.root.location);
+            report.diagnostics.push(error);
+            return None;
+        }
         // Check and prepare tagged light.
         let of_film = match &method.parts {
             Some(LightParts::Sidebands(sidebands)) => Some(sidebands),

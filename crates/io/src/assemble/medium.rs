@@ -3,6 +3,7 @@
 use super::brightness::light;
 use super::channels::Channels;
 use super::context::Context;
+use super::fluorescence::{Fluorophore, with_fluorophore};
 use super::suspension::{self, Suspension};
 use super::texture_role::Role;
 use super::velocity::Written;
@@ -70,16 +71,18 @@ fn scattering(
     // Read the coefficients: of a tissue, of a material, or σ_s and σ_a, or extinction and albedo.
     let scale = query.float("scale");
     let velocity = Written::of(&mut query);
+    let fluorophore = Fluorophore::of(&mut query);
     let concentration = suspension::concentration(&mut query);
     let by_parts = concentration.is_some() || query.has("sigma_s") || query.has("sigma_a");
     let material = material(&mut query, context.channels);
     if let Some(named) = tissue::named(&mut query) {
         query.finish(&[]);
         let velocity = velocity.and_then(|written| written.build(context));
-        return Medium {
+        let medium = Medium {
             velocity,
             ..named.medium(object, name, index, scale, context)
         };
+        return with_fluorophore(fluorophore, medium, object, context);
     }
     let (sigma_t, albedo) = if let Some(turbid) = material {
         let [s, a] = [turbid.scattering, turbid.absorption].map(SpectrumValue::Rgb);
@@ -143,7 +146,7 @@ fn scattering(
         }
         (None, None) => return Medium::transparent(name, index),
     };
-    Medium {
+    let medium = Medium {
         name,
         index,
         sigma_t,
@@ -152,8 +155,10 @@ fn scattering(
         phase,
         emission,
         velocity,
+        fluorescence: None,
         labels: None,
-    }
+    };
+    with_fluorophore(fluorophore, medium, object, context)
 }
 
 /// Reads the radiance of a black body at the temperature of the medium.

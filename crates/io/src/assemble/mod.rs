@@ -18,6 +18,7 @@ mod emitter;
 mod field;
 mod film;
 mod flakes;
+mod fluorescence;
 mod frequency_domain;
 mod group;
 mod index_grid;

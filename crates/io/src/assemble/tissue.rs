@@ -80,6 +80,7 @@ impl Named {
             phase: phase.unwrap_or_else(Phase::isotropic),
             emission: None,
             velocity: None,
+            fluorescence: None,
             labels: None,
         }
     }

@@ -17,6 +17,7 @@ lints! {
     EXTINCTION_UNITS: "extinction_units", "An extinction that looks like other units of length.";
     FEW_SAMPLES: "few_samples", "Too few samples for adaptive sampling.";
     FLAT_HEIGHTS: "flat_heights", "A height map without slopes.";
+    FLUORESCENCE: "fluorescence", "Fluorescence that no light excites, or a lifetime that looks like other units.";
     GLASS_IN_GLASS: "glass_in_glass", "Glass inside other glass with an index outside of its own.";
     IGNORED: "ignored", "A parameter, object or option without an effect.";
     IMPLAUSIBLE_INDEX: "implausible_index", "Numbers that look like another quantity than an index, or like other units.";

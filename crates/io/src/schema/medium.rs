@@ -71,6 +71,27 @@ const SCATTERING: &[Parameter] = &[
         "velocity of the scatterers, in scene units per second, for records of light",
     )
     .or_triple([0.0, 0.0, 0.0]),
+    spectrum(
+        "fluorophore_sigma_a",
+        "absorption by a fluorophore per scene unit, ≥ 0, in addition to the medium's own",
+    )
+    .or(0.0),
+    list(
+        "fluorescence_wavelengths",
+        "wavelengths of the film, in nm, at which the fluorophore emits",
+    ),
+    list(
+        "quantum_yields",
+        "emitted photons at each of these wavelengths per photon that the fluorophore absorbs, in total ≤ 1",
+    ),
+    float("lifetime", "mean time from absorption to emission, s")
+        .at_least(0.0)
+        .or(0.0),
+    float(
+        "metres_per_unit",
+        "length of a scene unit in metres; required with lifetime",
+    )
+    .positive(),
     boolean("sample_emitters", true, "accepted and ignored"),
     boolean("has_spectral_extinction", true, "accepted and ignored"),
 ];

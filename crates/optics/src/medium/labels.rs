@@ -1,6 +1,6 @@
 //! Labels that compose a medium.
 
-use super::Velocity;
+use super::{Fluorescence, Velocity};
 use crate::Spectrum;
 use crate::volume::LabelGrid;
 use glam::DVec3;
@@ -28,6 +28,8 @@ pub struct MediumLabel {
     pub absorption: Spectrum,
     /// Velocity of the scatterers; `None` if they rest.
     pub velocity: Option<Velocity>,
+    /// Fluorescence; `None` if the label does not fluoresce.
+    pub fluorescence: Option<Fluorescence>,
 }
 
 impl MediumLabel {

@@ -2,10 +2,12 @@
 //! (docs/theory.md#media-that-emit) and refractive index.
 
 mod attenuation;
+mod fluorescence;
 mod labels;
 mod velocity;
 
 pub use attenuation::Attenuation;
+pub use fluorescence::Fluorescence;
 pub use labels::{MediumLabel, MediumLabels};
 pub use velocity::Velocity;
 
@@ -37,6 +39,9 @@ pub struct Medium {
     pub emission: Option<VolumeTexture>,
     /// Velocity of the scatterers, unless given by labels; `None` if they rest.
     pub velocity: Option<Velocity>,
+    /// Fluorescence, unless given by labels; `None` if the medium does not fluoresce. Meters measure
+    /// fluorescent light; pictures leave it out.
+    pub fluorescence: Option<Fluorescence>,
     /// Labels that compose the medium, if records of detected light distinguish them.
     pub labels: Option<MediumLabels>,
 }
@@ -64,6 +69,7 @@ impl Medium {
             phase: Phase::isotropic(),
             emission: None,
             velocity: None,
+            fluorescence: None,
             labels: None,
         }
     }
@@ -176,6 +182,21 @@ impl Medium {
             Some(labels) => labels.list().iter().any(|label| label.velocity.is_some()),
             None => self.velocity.is_some(),
         }
+    }
+
+    /// Returns the fluorescence at `x`.
+    pub fn fluorescence_at(&self, x: DVec3) -> Option<&Fluorescence> {
+        match &self.labels {
+            Some(labels) => labels.list()[labels.at(x)].fluorescence.as_ref(),
+            None => self.fluorescence.as_ref(),
+        }
+    }
+
+    /// Returns all kinds of fluorescence of the medium.
+    pub fn fluorescences(&self) -> impl Iterator<Item = &Fluorescence> {
+        let labels = self.labels.iter().flat_map(MediumLabels::list);
+        let of_labels = labels.filter_map(|label| label.fluorescence.as_ref());
+        self.fluorescence.iter().chain(of_labels)
     }
 
     /// Returns the longest piece of a curve over which the extinction is integrated: half a voxel.

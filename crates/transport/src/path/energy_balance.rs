@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use std::ops::AddAssign;
 
 /// Number of entries of a balance.
-const ENTRIES: usize = 5;
+const ENTRIES: usize = 6;
 
 /// Power of one particle by its fate, summed over channels.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -20,13 +20,37 @@ pub struct ParticleBalance {
     pub cut: f64,
     /// Power on rays that were lost; the losses are counted as failures.
     pub lost: f64,
+    /// Power that media emitted as fluorescence. All other entries count the destinations of this
+    /// power, too.
+    pub fluorescence: f64,
     /// True if no particle was followed, so that there is nothing to add.
     pub is_void: bool,
 }
 
 impl ParticleBalance {
+    /// Returns the entries. Sources are negative, so that the sum is the emitted power.
     fn entries(&self) -> [f64; ENTRIES] {
-        [self.media, self.surfaces, self.escaped, self.cut, self.lost]
+        let source = -self.fluorescence;
+        [
+            self.media,
+            self.surfaces,
+            self.escaped,
+            self.cut,
+            self.lost,
+            source,
+        ]
+    }
+}
+
+impl AddAssign for ParticleBalance {
+    /// Adds the fates of other light of the particle.
+    fn add_assign(&mut self, o: Self) {
+        self.media += o.media;
+        self.surfaces += o.surfaces;
+        self.escaped += o.escaped;
+        self.cut += o.cut;
+        self.lost += o.lost;
+        self.fluorescence += o.fluorescence;
     }
 }
 
@@ -92,6 +116,10 @@ impl BalanceTotals {
             escaped: share(2),
             cut: share(3),
             lost: share(4),
+            fluorescence: Share {
+                mean: 0.0 - share(5).mean,
+                ..share(5)
+            },
             residual: Share {
                 mean: emitted.mean - total.mean,
                 error: total.error.hypot(emitted.error),
@@ -166,7 +194,9 @@ pub struct EnergyBalance {
     pub cut: Share,
     /// Power on rays that were lost; the losses are counted as failures.
     pub lost: Share,
-    /// Emitted power minus all other entries. It is zero within its error, and the error of the
+    /// Power that media emitted as fluorescence.
+    pub fluorescence: Share,
+    /// Emitted power and fluorescence minus all other entries. It is zero within its error, and the error of the
     /// power of emitting media.
     pub residual: Share,
 }
@@ -188,6 +218,7 @@ impl AddAssign for EnergyBalance {
         self.escaped += o.escaped;
         self.cut += o.cut;
         self.lost += o.lost;
+        self.fluorescence += o.fluorescence;
         self.residual += o.residual;
     }
 }

@@ -38,7 +38,8 @@ pub use learnt::{
 };
 pub(crate) use log::{BranchPoint, EdgePart, FoundPath, PathLog, SubpathEnd};
 pub use random_walk::{
-    FreeFlightEvent, Observer, RandomWalk, Survival, VoxelFlight, WalkEvent, WalkRay,
+    FreeFlightEvent, Observer, RandomWalk, Survival, VoxelCollision, VoxelFlight, WalkEvent,
+    WalkRay,
 };
 pub(crate) use segment::share;
 pub use segment::{

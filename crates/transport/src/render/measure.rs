@@ -4,13 +4,16 @@
 use super::accumulator::{Accumulated, Accumulator, Sampling};
 use super::measurement::{MeasureError, MeasureOptions, Measurement, join};
 use super::{Handle, seed_of_group};
-use crate::meter::{Meter, RecordTable, Records, Setup, Tally, TaskResult, Window};
+use crate::meter::{
+    Meter, RecordTable, Records, Setup, Tally, TaskResult, Window, with_excitations,
+};
 use crate::path::{EnergyBalance, Share, Workspace};
 use crate::scene::{NO_SCENE, Scene};
 use crate::stats::Stats;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::ops::{ControlFlow, Range};
+use std::sync::Arc;
 
 const PARTICLES_PER_TASK: u64 = MeasureOptions::UNIT;
 /// Maximum number of tasks whose results are kept until they are added up.
@@ -273,18 +276,31 @@ fn groups<'a>(
     max_depth: u32,
     rr_depth: u32,
 ) -> Result<Vec<Group<'a>>, MeasureError> {
-    let group = |(index, scene): (usize, &'a Scene)| {
-        let channels = scene.film().channels_of(index);
-        let setup =
-            Setup::new(scene, meters, channels, max_depth, rr_depth).ok_or(MeasureError::Dark)?;
+    let channels_of = |index: usize| scenes[index].film().channels_of(index);
+    let setup = |(index, scene): (usize, &'a Scene)| {
+        let channels = channels_of(index);
+        Setup::new(scene, meters, channels, max_depth, rr_depth)
+    };
+    let mut setups: Vec<Setup> = scenes.iter().enumerate().map(setup).collect();
+    if scenes.iter().any(Scene::fluoresces) {
+        if (0..scenes.len()).any(|index| channels_of(index) != 1) {
+            return Err(MeasureError::SharedPaths);
+        }
+        let excited = with_excitations(setups)?;
+        setups = excited.into_iter().map(Arc::unwrap_or_clone).collect();
+    }
+    let group = |(index, setup): (usize, Setup<'a>)| {
+        if setup.is_dark() {
+            return Err(MeasureError::Dark);
+        }
         Ok(Group {
             index,
             setup,
-            scene,
-            channels,
+            scene: &scenes[index],
+            channels: channels_of(index),
         })
     };
-    scenes.iter().enumerate().map(group).collect()
+    setups.into_iter().enumerate().map(group).collect()
 }
 
 impl Group<'_> {
@@ -320,11 +336,11 @@ impl Group<'_> {
     }
 
     fn emitted(&self) -> Vec<f64> {
-        self.setup.emitted().0[..self.channels].to_vec()
+        self.setup.power_of_sources().0[..self.channels].to_vec()
     }
 
     fn emitted_error(&self) -> Vec<f64> {
-        self.setup.emitted_error().0[..self.channels].to_vec()
+        self.setup.error_of_sources().0[..self.channels].to_vec()
     }
 }
 

@@ -1,6 +1,6 @@
 //! Options and results of measurements.
 
-use crate::meter::{MeterProblem, Reading, RecordTable, Tally};
+use crate::meter::{CyclicFluorescence, MeterProblem, Reading, RecordTable, Tally};
 use crate::path::EnergyBalance;
 use crate::sparse::Sparse;
 use crate::stats::Stats;
@@ -48,7 +48,8 @@ pub struct Measurement {
     pub readings: Vec<Vec<Reading>>,
     /// Records of the light that each meter accepted, if it keeps records.
     pub records: Vec<Option<RecordTable>>,
-    /// Power of all emitters, per channel.
+    /// Power of all emitters, per channel. For a fluorescent channel it includes the emitters of
+    /// the channels that excite the fluorescence.
     pub emitted: Vec<f64>,
     /// Standard errors of `emitted`; zero unless a medium emits whose power had to be estimated.
     pub emitted_error: Vec<f64>,
@@ -76,6 +77,12 @@ pub enum MeasureError {
         "the scene emits no light, so there is nothing to measure: add an emitter, or make its light brighter than 0"
     )]
     Dark,
+    /// Fluorescence of channels that excite each other.
+    #[error(transparent)]
+    CyclicFluorescence(#[from] CyclicFluorescence),
+    /// Channels of a fluorescent scene share paths.
+    #[error("fluorescence needs one scene for each channel: use a film with the group size 1")]
+    SharedPaths,
     /// Memory is insufficient for the sums.
     #[error("the meters need {0} bytes of memory, or more than {max} bins: use fewer bins", max = Tally::MAX_SLOTS)]
     Memory(usize),

@@ -147,7 +147,7 @@ impl State {
 enum Found {
     Rays(aov::Found),
     Pixels(Vec<Scores>),
-    Images(FoundImages),
+    Images(Box<FoundImages>),
 }
 
 /// Results of a pass in all groups of channels.
@@ -229,7 +229,8 @@ impl Sampling for RenderPasses<'_> {
                 Found::Pixels(scores) => {
                     sums.film.add_scores(group, pixels::PIXELS_PER_TASK, scores);
                 }
-                Found::Images((images, balances)) => {
+                Found::Images(found) => {
+                    let (images, balances) = *found;
                     let mut films = ImageFilms {
                         film: &mut sums.film,
                         debiased: sums.debiased.as_mut(),
@@ -259,13 +260,13 @@ impl RenderPasses<'_> {
             }
             Renderer::Light(Integrator::Photon(mapping)) => {
                 let (images, stats) = photons::pass(source, mapping, samples, film);
-                (Found::Images(images), stats)
+                (Found::Images(Box::new(images)), stats)
             }
             Renderer::Light(integrator) if integrator.splats() || source.cells.overlap() => {
                 let light = source.light(*integrator);
                 let separates_strategies = sums.strategies.is_some();
                 let (images, stats) = splats::pass(&light, samples, film, separates_strategies);
-                (Found::Images(images), stats)
+                (Found::Images(Box::new(images)), stats)
             }
             Renderer::Light(integrator) => {
                 let light = source.light(*integrator);

@@ -193,6 +193,12 @@ impl Scene {
         &self.parts.media
     }
 
+    /// Returns true if a medium fluoresces.
+    pub fn fluoresces(&self) -> bool {
+        let mut all = self.media().iter().flat_map(Medium::fluorescences);
+        all.next().is_some()
+    }
+
     /// Returns a medium.
     pub fn medium(&self, id: MediumId) -> &Medium {
         &self.parts.media[id]

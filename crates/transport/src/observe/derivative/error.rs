@@ -122,6 +122,9 @@ pub enum DerivativeError {
         "the scene emits no light, so there is nothing to differentiate: add an emitter, or make its light brighter than 0"
     )]
     Dark,
+    /// A medium fluoresces.
+    #[error("morgana has no derivatives of fluorescent light: remove the fluorescence")]
+    Fluorescence,
     /// There are too few samples.
     #[error("errors need at least two samples, or two replicates of samples: use more than {0}")]
     Samples(u64),

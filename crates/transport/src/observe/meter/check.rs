@@ -38,10 +38,24 @@ impl Meter {
     /// # Errors
     /// Returns the first invalid field.
     pub(crate) fn check(&self, scene: &Scene) -> Result<(), MeterProblem> {
+        if scene.fluoresces() {
+            self.check_fluorescent()?;
+        }
         match self {
             Meter::Fluence(meter) => meter.check(scene),
             Meter::Irradiance(meter) => meter.check(scene.objects().len()),
         }
+    }
+
+    /// Checks that the meter measures only quantities that fluorescent light has.
+    fn check_fluorescent(&self) -> Result<(), MeterProblem> {
+        let message = |quantity: &'static str| {
+            move || format!("must be off: morgana has no {quantity} of fluorescent light")
+        };
+        demand(self.most_records().is_none(), "records", message("records"))?;
+        let sidebands = self.sidebands().is_none();
+        demand(sidebands, "sidebands", message("sidebands"))?;
+        demand(!self.has_stokes(), "stokes", message("Stokes parameters"))
     }
 }
 

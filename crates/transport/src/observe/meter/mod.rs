@@ -13,6 +13,7 @@ mod differentiate;
 mod dwell;
 mod flight;
 mod fluence;
+mod fluorescence;
 mod functionals;
 mod grid;
 mod history;
@@ -32,6 +33,8 @@ mod window;
 pub use acceptance::{Acceptance, Patch};
 pub use check::MeterProblem;
 pub use fluence::{Estimator, FluenceMeter};
+pub use fluorescence::CyclicFluorescence;
+pub(crate) use fluorescence::with_excitations;
 pub(crate) use functionals::{Functionals, Near};
 pub use grid::{Coordinates, MeterGrid};
 pub use irradiance::{Cosines, IrradianceMeter, MeterSurface};
@@ -53,6 +56,7 @@ use crate::stop::Stop;
 use crate::tagging::SoundInMedia;
 use eikonal::Aabb;
 use fluence::Cuts;
+use fluorescence::Excitation;
 use history::{Histories, HistoryRegions};
 use polarization::ParticleStokes;
 use reading::{Quantity, TallyPart};
@@ -207,8 +211,8 @@ pub fn slots(meters: &[Meter], channels: usize) -> usize {
 pub struct Setup<'a> {
     scene: &'a Scene,
     meters: &'a [Meter],
-    /// Distribution of emitters by their power.
-    choice: Discrete,
+    /// Distribution of emitters by their power; `None` if no emitter has power.
+    choice: Option<Discrete>,
     /// Power of all emitters.
     emitted: Spectrum,
     /// Channel probabilities.
@@ -222,6 +226,10 @@ pub struct Setup<'a> {
     regions: Option<HistoryRegions>,
     /// Sound in the media, if a meter measures its effect.
     sound: Option<SoundInMedia>,
+    /// Particles of other channels that excite fluorescence.
+    excitations: Vec<Excitation<'a>>,
+    /// Number of the film's channel whose fluorescence they excite.
+    fluorescent_channel: usize,
 }
 
 /// Results of the particles of a task.
@@ -234,21 +242,21 @@ pub(crate) struct TaskResult {
 
 impl<'a> Setup<'a> {
     /// Creates a setup for paths of at most `max_depth` edges and specular events, with Russian
-    /// roulette from `rr_depth` on. Returns `None` if no light is emitted.
+    /// roulette from `rr_depth` on.
     pub fn new(
         scene: &'a Scene,
         meters: &'a [Meter],
         channels: usize,
         max_depth: u32,
         rr_depth: u32,
-    ) -> Option<Self> {
+    ) -> Self {
         let white = Spectrum(std::array::from_fn(|c| f64::from(u8::from(c < channels))));
         let powers: Vec<Spectrum> = scene.powers(channels).collect();
         let weights: Vec<f64> = powers.iter().map(|power| power.sum()).collect();
-        Some(Setup {
+        Setup {
             scene,
             meters,
-            choice: Discrete::new(&weights).ok()?,
+            choice: Discrete::new(&weights).ok(),
             emitted: powers.into_iter().fold(Spectrum::ZERO, |sum, p| sum + p),
             channel_pdf: white / channels as f64,
             channels,
@@ -263,7 +271,14 @@ impl<'a> Setup<'a> {
                 .iter()
                 .any(Meter::is_tagged)
                 .then(|| SoundInMedia::of(scene)),
-        })
+            excitations: Vec::new(),
+            fluorescent_channel: 0,
+        }
+    }
+
+    /// Returns true if no light reaches the meters.
+    pub fn is_dark(&self) -> bool {
+        self.choice.is_none() && self.excitations.is_empty()
     }
 
     /// Restricts particles to a weight window.

@@ -19,8 +19,8 @@ const MAX_SPLIT: f64 = 16.0;
 const MAX_COPIES: usize = 10_000;
 
 impl Setup<'_> {
-    /// Emits particle `number`, and follows it and all its copies. Returns the balance of its
-    /// power.
+    /// Emits particle `number`, and follows it, all its copies, and the fluorescent light that other
+    /// channels cause. Returns the balance of its power.
     pub(super) fn follow(
         &self,
         number: u64,
@@ -28,16 +28,20 @@ impl Setup<'_> {
         sampler: &mut Sampler,
         ws: &mut Workspace,
     ) -> ParticleBalance {
-        match self.emit(number, sampler) {
+        let mut balance = match self.emit(number, sampler) {
             Some((_, ray)) => self.walk(number, ray, observer, sampler, ws),
             None => ParticleBalance::default(),
+        };
+        if !self.excitations.is_empty() {
+            balance += self.fluoresce(number, observer, sampler, ws);
         }
+        balance
     }
 
     /// Emits the particle with this number: chooses the emitter with probability P_E, and samples a
     /// point on it and a ray. The power is Φ_E. Returns `None` if no light leaves.
     pub(super) fn emit(&self, number: u64, sampler: &mut Sampler) -> Option<(EmittedRay, WalkRay)> {
-        let pick = self.choice.sample(sampler.next_1d());
+        let pick = self.choice.as_ref()?.sample(sampler.next_1d());
         let u = [sampler.next_2d(), sampler.next_2d()];
         let white = self.channel_pdf.map(|p| f64::from(u8::from(p > 0.0)));
         let scene = self.scene.at(number);

@@ -55,8 +55,12 @@ impl Window {
             .map_or(1.0, |share| share.clamp(MIN_FRACTION, 1.0))
     }
 
-    /// Runs the pilot of a setup's particles. Returns `None` if no meter uses windows.
+    /// Runs the pilot of a setup's particles. Returns `None` if no meter uses windows, and for
+    /// fluorescent light, whose power first rises.
     pub(super) fn from_pilot(setup: &Setup, stop: &Stop) -> Option<Self> {
+        if !setup.excitations.is_empty() {
+            return None;
+        }
         // Divide the optical length up to the end of the last gate into equal steps.
         let ends = setup.meters.iter().filter_map(Meter::windowed_length);
         let levels = Bins {

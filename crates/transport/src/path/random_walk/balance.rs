@@ -1,6 +1,6 @@
 //! Energy balance as an observer of walks from emitters (docs/theory.md#energy-balance).
 
-use super::{FreeFlightEvent, Observer, WalkEvent, WalkRay};
+use super::{FreeFlightEvent, Observer, VoxelCollision, WalkEvent, WalkRay};
 use crate::path::energy_balance::ParticleBalance;
 use crate::path::segment::{End, Span, share};
 use crate::path::workspace::Workspace;
@@ -44,8 +44,8 @@ impl Observer for ParticleBalance {
     }
 
     #[inline]
-    fn collide_in_voxel(&mut self, absorbed: f64) {
-        self.media += absorbed;
+    fn collide_in_voxel(&mut self, collision: &VoxelCollision) {
+        self.media += collision.absorbed;
     }
 
     fn cut(&mut self, event: &WalkEvent, _ws: &mut Workspace) {

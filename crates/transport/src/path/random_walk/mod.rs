@@ -13,7 +13,7 @@ mod voxels;
 pub use observer::{FreeFlightEvent, Observer, WalkEvent};
 pub(super) use survival::Roulette;
 pub use survival::Survival;
-pub use voxels::VoxelFlight;
+pub use voxels::{VoxelCollision, VoxelFlight};
 
 use crate::Spectrum;
 use crate::budget::EDGES_PER_WALK;
@@ -263,6 +263,7 @@ impl<'a> RandomWalk<'a> {
         let phase = &flight.last().matter.phase;
         let (direction, pdf) = Vertex::scatter_in_volume(phase, [x, flight.direction], sampler);
         observer.fly_freely(&FreeFlightEvent {
+            scene: self.scene,
             ray,
             flight,
             optical_length,

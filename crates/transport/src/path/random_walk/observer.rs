@@ -1,6 +1,6 @@
 //! Observers of random walks (docs/theory.md#random-walks, docs/theory.md#walks-through-voxels).
 
-use super::{VoxelFlight, WalkRay};
+use super::{VoxelCollision, VoxelFlight, WalkRay};
 use crate::Spectrum;
 use crate::path::segment::{Edge, Point, Span, Vertex, collided};
 use crate::path::walk::FreeFlight;
@@ -45,8 +45,8 @@ pub trait Observer {
     /// Receives a straight flight within a voxel.
     fn fly_in_voxel(&mut self, _flight: &VoxelFlight) {}
 
-    /// Receives a collision in a voxel, which absorbs the power `absorbed` of the particle.
-    fn collide_in_voxel(&mut self, _absorbed: f64) {}
+    /// Receives a collision in a voxel.
+    fn collide_in_voxel(&mut self, _collision: &VoxelCollision) {}
 
     /// Receives the number of copies with which the walk continues from the last edge. The copies
     /// are followed one after the other, the last one first.
@@ -92,6 +92,8 @@ pub struct WalkEvent<'e> {
 /// [edge](WalkEvent::edge).
 #[derive(Clone, Copy, Debug)]
 pub struct FreeFlightEvent<'e, 's> {
+    /// Scene of the walk.
+    pub scene: &'e Scene,
     /// Ray with which the flight starts.
     pub ray: &'e WalkRay,
     /// Path of the flight.
@@ -148,9 +150,9 @@ impl<A: Observer, B: Observer> Observer for (A, B) {
     }
 
     #[inline]
-    fn collide_in_voxel(&mut self, absorbed: f64) {
-        self.0.collide_in_voxel(absorbed);
-        self.1.collide_in_voxel(absorbed);
+    fn collide_in_voxel(&mut self, collision: &VoxelCollision) {
+        self.0.collide_in_voxel(collision);
+        self.1.collide_in_voxel(collision);
     }
 
     fn continue_walk(&mut self, copies: usize) {
@@ -196,8 +198,8 @@ impl<O: Observer> Observer for &mut O {
     }
 
     #[inline]
-    fn collide_in_voxel(&mut self, absorbed: f64) {
-        (**self).collide_in_voxel(absorbed);
+    fn collide_in_voxel(&mut self, collision: &VoxelCollision) {
+        (**self).collide_in_voxel(collision);
     }
 
     fn continue_walk(&mut self, copies: usize) {

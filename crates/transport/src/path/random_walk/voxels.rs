@@ -11,7 +11,7 @@ use crate::budget::EVENTS_PER_EDGE;
 use crate::path::segment::Start;
 use crate::path::workspace::Workspace;
 use crate::sampling::Sampler;
-use crate::scene::{BeyondFace, Matter, MediumId, VoxelMatter, VoxelVolume};
+use crate::scene::{BeyondFace, Matter, MediumId, Scene, VoxelMatter, VoxelVolume};
 use eikonal::connect::World;
 use glam::DVec3;
 
@@ -32,6 +32,32 @@ pub struct VoxelFlight<'v> {
     pub power: f64,
     /// Optical path length from the emitter to the start of the flight.
     pub optical_length: f64,
+}
+
+/// Collision in a voxel.
+#[derive(Clone, Copy, Debug)]
+pub struct VoxelCollision<'v> {
+    /// Scene of the walk.
+    pub scene: &'v Scene,
+    /// Volume of the voxel.
+    pub volume: &'v VoxelVolume,
+    /// Position, in voxels from the volume's corner.
+    place: DVec3,
+    /// Medium in the voxel.
+    pub medium: MediumId,
+    /// Power of the particle that the voxel absorbs.
+    pub absorbed: f64,
+    /// Number of edges and specular events up to the collision.
+    pub depth: u32,
+    /// Optical path length from the emitter to the collision.
+    pub optical_length: f64,
+}
+
+impl VoxelCollision<'_> {
+    /// Returns the position in the world.
+    pub fn x(&self) -> DVec3 {
+        self.volume.in_world(self.place)
+    }
 }
 
 /// Parameters of a walk through voxels.
@@ -250,9 +276,17 @@ impl<'w, O: Observer> VoxelWalk<'w, '_, O> {
         let matter = &ray.held.matter;
         let albedo = matter.albedo[self.channel];
         let power = ray.throughput[self.channel];
-        self.observer.collide_in_voxel(power * (1.0 - albedo));
-        ray.throughput *= albedo;
         (ray.depth, ray.events) = (ray.depth + 1, 0);
+        self.observer.collide_in_voxel(&VoxelCollision {
+            scene: self.walk.scene,
+            volume: self.volume,
+            place: ray.place,
+            medium: ray.held.medium,
+            absorbed: power * (1.0 - albedo),
+            depth: ray.depth,
+            optical_length: ray.optical_length,
+        });
+        ray.throughput *= albedo;
         let (u, around) = (self.sampler.next_1d(), self.sampler.next_turn());
         self.turn(ray, matter.phase.turn(ray.direction, u, around));
     }

@@ -69,6 +69,9 @@ pub fn meter_derivatives(
         return Err(DerivativeError::Parts(PartsFacts::STOKES));
     }
     let scene = scenes.first().expect(NO_SCENE);
+    if scene.fluoresces() {
+        return Err(DerivativeError::Fluorescence);
+    }
     check_meters(meters, scene)?;
     let film = scene.film();
     let rows = rows(meters, options.of, film.channels)?;
@@ -85,7 +88,9 @@ pub fn meter_derivatives(
         let channels = film.channels_of(group);
         let plan = Plan::new(scene, options.parameters, channels)?;
         let setup = Setup::new(scene, meters, channels, max_depth, options.rr_depth);
-        let setup = setup.ok_or(DerivativeError::Dark)?;
+        if setup.is_dark() {
+            return Err(DerivativeError::Dark);
+        }
         let first = group * film.group_size;
         let near = Near {
             readings: near.as_deref(),
@@ -159,6 +164,9 @@ fn readings_near(
         Ok(measurement) => Ok(Some(measurement.readings)),
         Err(MeasureError::Memory(bytes)) => Err(DerivativeError::Memory(bytes / size_of::<f64>())),
         Err(MeasureError::Dark) => Err(DerivativeError::Dark),
+        Err(MeasureError::SharedPaths | MeasureError::CyclicFluorescence(_)) => {
+            Err(DerivativeError::Fluorescence)
+        }
         Err(MeasureError::Meter { number, problem }) => Err(DerivativeError::Meter {
             number,
             field: problem.field,

@@ -234,6 +234,7 @@ impl Case {
                     extinction: Spectrum::splat(sigma_t),
                     absorption: Spectrum::splat(sigma_t * (1.0 - albedo)),
                     velocity: None,
+                    fluorescence: None,
                 };
                 medium.labels = MediumLabels::new(Setup::labels(), vec![label(0), label(1)]);
                 medium.sigma_t = all(&[Spectrum::splat(sigma_t); 2]);

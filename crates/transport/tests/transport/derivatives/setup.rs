@@ -164,6 +164,7 @@ impl Setup {
             extinction: two(*t),
             absorption: two([t[0] * (1.0 - a[0]), t[1] * (1.0 - a[1])]),
             velocity: None,
+            fluorescence: None,
         };
         let each = self.extinction.iter().zip(&self.albedo).enumerate();
         let labels = MediumLabels::new(Self::labels(), each.map(label).collect());

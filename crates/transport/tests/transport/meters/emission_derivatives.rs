@@ -59,6 +59,7 @@ fn glow(made_of: MadeOf, values: &[f64]) -> Parts {
                 extinction: Spectrum::splat(SIGMA_T),
                 absorption: Spectrum::splat(SIGMA_T * (1.0 - ALBEDO)),
                 velocity: None,
+                fluorescence: None,
             };
             let (labels, emission) = of_labels(values);
             medium.labels = MediumLabels::new(labels, vec![label(0), label(1)]);

@@ -26,6 +26,7 @@ fn cube(labelled: bool) -> Parts {
         extinction: Spectrum([extinction, 0.0, 0.0, 0.0]),
         absorption: Spectrum([absorption, 0.0, 0.0, 0.0]),
         velocity: None,
+        fluorescence: None,
     };
     let labels = [[2.0, 0.3], [20.0, 1.0], [0.0, 0.0]].map(label);
     let by_label = |value: fn(&MediumLabel) -> f64| {

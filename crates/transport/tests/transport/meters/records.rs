@@ -205,6 +205,7 @@ fn labelled(index: impl Into<eikonal::Field>, sigma_t: f64) -> Parts {
         extinction: Spectrum::splat(sigma_t),
         absorption: Spectrum::splat(0.1 * sigma_t),
         velocity: None,
+        fluorescence: None,
     };
     let medium = Medium {
         labels: MediumLabels::new(grid, ["a", "b", "c"].map(label).into()),

@@ -168,6 +168,7 @@ impl Group {
             phase: self.phase(labels),
             emission: (!emission.is_zero()).then_some(emission),
             velocity: None,
+            fluorescence: None,
             labels: self.labels(labels.clone(), regions),
         })
     }
@@ -179,6 +180,7 @@ impl Group {
             extinction: label.medium.uniform_extinction().unwrap_or(Spectrum::ZERO),
             absorption: label.medium.uniform_absorption().unwrap_or(Spectrum::ZERO),
             velocity: label.medium.velocity.clone(),
+            fluorescence: label.medium.fluorescence.clone(),
         };
         let list = names.into_iter().zip(&self.members).map(label);
         MediumLabels::new(grid, list.collect())
