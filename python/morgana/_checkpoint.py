@@ -70,9 +70,12 @@ def _key(problem: "_Problem") -> str:
     digest = hashlib.sha256()
     misfit, limits = problem.misfit, problem.limits
     values: List[Any] = [*misfit.rays.starts, problem.start, *(kind.values for kind in misfit.measured)]
-    values += [] if limits.known is None else [limits.known]
+    values += [kind.noise for kind in misfit.measured if not isinstance(kind.noise, float)]
+    values += [part for part in (limits.known, misfit.rays._exits.which) if part is not None]
     for array in values:
         digest.update(repr(array.shape).encode() + np.ascontiguousarray(array).tobytes())
-    names = [(kind.name, kind.noise) for kind in misfit.measured]
-    digest.update(repr((misfit.rays._options, names, tuple(misfit.weights), limits.lower, limits.upper, problem.grids)).encode())
+    names = [(kind.name, kind.noise if isinstance(kind.noise, float) else "") for kind in misfit.measured]
+    exits = misfit.rays._exits
+    options = (exits.options, exits.planes, exits.per_end, type(misfit.loss).__name__)
+    digest.update(repr((options, names, tuple(misfit.weights), limits.lower, limits.upper, problem.grids)).encode())
     return digest.hexdigest()

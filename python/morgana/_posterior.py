@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any, Dict, List, Optional, Tuple
+from typing import Any, Dict, List, Optional, Tuple, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _penalties as penalties
 from ._conjugate import ConjugateDirections, Operator
+from ._losses import column
 from ._numbers import grid_samples
 from ._preconditioner import Filter, ReconstructionError
 from ._values import alike
@@ -35,9 +36,10 @@ class Posterior:
     """
 
     def __init__(
-        self, rays: Rays, index: Doubles, noise: Dict[str, Tuple[float, NDArray[np.bool_]]], free: NDArray[np.bool_], prior: Tuple[float, float]
+        self, rays: Rays, index: Doubles, noise: Dict[str, Tuple[Union[float, Doubles], NDArray[np.bool_]]], free: NDArray[np.bool_], prior: Tuple[float, float]
     ) -> None:
-        self._rays, self._index, self._noise, self._free = rays, index, noise, free
+        self._rays, self._index, self._free = rays, index, free
+        self._per_noise = {name: np.where(known, 1 / np.where(known, sigma, 1.0), 0.0) for name, (sigma, known) in noise.items()}
         self._smoothness, self._per_variance = prior
         self._solver: Optional[ConjugateDirections] = None
 
@@ -57,9 +59,10 @@ class Posterior:
         change = np.where(self._free, self._checked(change), 0.0)
         ends = self._rays.jvp(self._index, change)
         by = {}
-        for name, (noise, known) in self._noise.items():
+        for name, per_noise in self._per_noise.items():
             values = getattr(ends, name)
-            by[name] = np.where(known.reshape(-1, *[1] * (values.ndim - 1)), values, 0.0) / noise**2
+            per_noise = column(per_noise, values.ndim)
+            by[name] = np.where(per_noise > 0, values, 0.0) * per_noise**2
         found = self._rays.vjp(self._index, **by).field
         roughness = penalties.roughness(change, penalties.lattice_of(self._rays, change.shape))[1]
         found = found + self._smoothness * roughness + self._per_variance * change
@@ -117,9 +120,9 @@ class Posterior:
         """
         # Apply the covariance to noise whose covariance is the precision.
         by = {}
-        for name, (noise, known) in self._noise.items():
-            shape = (len(known),) if name == "optical_lengths" else (len(known), 3)
-            by[name] = np.where(known.reshape(-1, *[1] * (len(shape) - 1)), rng.normal(size=shape), 0.0) / noise
+        for name, per_noise in self._per_noise.items():
+            size = (len(per_noise),) if name == "optical_lengths" else (len(per_noise), 3)
+            by[name] = rng.normal(size=size) * column(per_noise, len(size))
         shape = self._index.shape
         pushed = self._rays.vjp(self._index, **by).field
         pushed = pushed + np.sqrt(self._smoothness) * penalties.rough_noise(shape, penalties.lattice_of(self._rays, shape), rng)

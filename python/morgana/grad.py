@@ -14,22 +14,28 @@ See docs/guides/inverse-problems.md.
 from __future__ import annotations
 
 import copy
-from typing import Any, Callable, Dict, Mapping, NamedTuple, Optional, Tuple, Union
+from typing import Any, Callable, Dict, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _autodiff, _morgana
+from . import _autodiff
 from . import _checks as checks
+from . import _exits as exits
+from ._bos_data import BosData
+from ._camera import Camera
 from ._element_array import ElementArray
-from ._limits import RayOptions
-from ._morgana import Field
+from ._ends import Change, Ends, Gradient, LeastSquares
+from ._losses import Kind, Squares, sum_of_losses
+from ._morgana import Field, Scene
 from ._numbers import numbers, vectors
 from ._system import Aperture, Conic, Cylinder, GradError, Layout, Plane, Sphere, System, check_starts, finite, triple, unit
-from ._values import alike, comparable
+from ._values import alike
 
 __all__ = [
     "Aperture",
+    "BosData",
+    "Camera",
     "Change",
     "Conic",
     "Cylinder",
@@ -49,104 +55,6 @@ Doubles = NDArray[np.float64]
 Index = Union[Field, System, ArrayLike]
 Build = _autodiff.Build
 Box = Tuple[ArrayLike, ArrayLike]
-
-FAILURES = (
-    "",
-    "did not reach the exit",
-    "left the field",
-    "takes too much work",
-    "missed a surface",
-    "was totally reflected",
-    "was stopped by an aperture",
-)
-"""Meanings of the failure codes of the compiled part."""
-
-
-@comparable
-class Ends(NamedTuple):
-    """Ends of rays.
-
-    Row i of each array belongs to ray i. Rays without an end are NaN."""
-
-    positions: Doubles
-    """Positions, (rays, 3), in scene units."""
-    directions: Doubles
-    """Unit directions, (rays, 3)."""
-    optical_lengths: Doubles
-    """∫ n ds from the start, (rays,), in scene units."""
-    codes: NDArray[np.uint8]
-    """0 for rays that have an end, (rays,); :attr:`failures` counts the others."""
-
-    @property
-    def valid(self) -> NDArray[np.bool_]:
-        """Mask of the rays that have an end, (rays,)."""
-        return np.asarray(self.codes == 0)
-
-    @property
-    def failures(self) -> Dict[str, int]:
-        """Numbers of rays without an end, by the cause; empty if all rays have an end."""
-        counts = np.bincount(self.codes, minlength=len(FAILURES))
-        return {name: int(count) for name, count in zip(FAILURES[1:], counts[1:]) if count}
-
-    def __repr__(self) -> str:
-        failed = [f"{count} {name}" for name, count in self.failures.items()]
-        return f"<morgana.grad.Ends: {', '.join([f'{len(self.codes)} rays', *failed])}>"
-
-
-@comparable
-class Change(NamedTuple):
-    """Changes of the ends of rays.
-
-    Row i of each array belongs to ray i. Rays without an end are NaN."""
-
-    positions: Doubles
-    """Changes of positions, (rays, 3)."""
-    directions: Doubles
-    """Changes of unit directions, (rays, 3)."""
-    optical_lengths: Doubles
-    """Changes of optical lengths ∫ n ds, (rays,)."""
-
-    def __repr__(self) -> str:
-        return f"<morgana.grad.Change of the ends of {len(self.positions)} rays>"
-
-
-@comparable
-class Gradient(NamedTuple):
-    """Derivatives of a loss."""
-
-    field: Doubles
-    """Derivatives by the samples of n, in their shape. For a :class:`morgana.Field` or a
-    :class:`System`, derivatives by all its parameters, (parameters,), in the order of
-    :func:`parameters`."""
-    origins: Doubles
-    """Derivatives by the origins, (rays, 3)."""
-    directions: Doubles
-    """Derivatives by the directions, as they were given, (rays, 3)."""
-    parameters: Dict[str, Doubles]
-    """The numbers of ``field`` by the names of the parameters, in the shapes of the parameters."""
-    exit: Optional[Plane]
-    """Derivatives by the point and the normal of the exit, as it was given; ``None`` without an
-    exit plane."""
-
-    def __repr__(self) -> str:
-        size = float(np.linalg.norm(self.field))
-        return f"<morgana.grad.Gradient: by an index of shape {self.field.shape}, norm {size:.6g}, and {len(self.origins)} rays>"
-
-
-@comparable
-class LeastSquares(NamedTuple):
-    """A sum of squares over rays."""
-
-    value: float
-    """½Σ ((end − measured)/noise)²."""
-    gradient: Doubles
-    """Derivatives of ``value``, as :attr:`Gradient.field`."""
-    lost: int
-    """Number of measured rays that have no end. They are left out."""
-
-    def __repr__(self) -> str:
-        return f"<morgana.grad.LeastSquares: {self.value:.6g}, {self.lost} rays lost>"
-
 
 class Rays:
     """Rays with given starts through an index field.
@@ -219,24 +127,26 @@ class Rays:
             raise GradError(f"tolerance is {tolerance} but must be between 1e-12 and 1e-2")
         points = [*(self._box or ()), *(plane or ())[:1]]
         far = np.max([np.abs(self._origins).max(initial=0.0), *(np.abs(point).max() for point in points)])
-        self._options: RayOptions = {
-            "region": None if self._box is None else (triple(self._box[0]), triple(self._box[1])),
-            "ambient": checks.positive(ambient, "ambient"),
-            "nodes": placement == "nodes",
-            "plane": None if plane is None else (triple(plane[0]), triple(plane[1])),
-            "tolerance": float(tolerance),
-            "max_length": checks.optional_positive(max_length, "max_length") or 4 * 2 * float(np.sqrt(3)) * float(far),
-        }
+        self._exits = exits.Exits(
+            {
+                "region": None if self._box is None else (triple(self._box[0]), triple(self._box[1])),
+                "ambient": checks.positive(ambient, "ambient"),
+                "nodes": placement == "nodes",
+                "plane": None if plane is None else (triple(plane[0]), triple(plane[1])),
+                "tolerance": float(tolerance),
+                "max_length": checks.optional_positive(max_length, "max_length") or 4 * 2 * float(np.sqrt(3)) * float(far),
+            }
+        )
 
     @property
     def ambient(self) -> float:
         """The index around the box."""
-        return self._options["ambient"]
+        return self._exits.options["ambient"]
 
     @property
     def placement(self) -> str:
         """Outermost samples of a grid: ``"nodes"`` on the faces of the box, ``"centers"`` inside."""
-        return "nodes" if self._options["nodes"] else "centers"
+        return "nodes" if self._exits.options["nodes"] else "centers"
 
     def spacing(self, shape: Tuple[int, ...]) -> Doubles:
         """Distances of neighbouring samples along x, y and z.
@@ -258,7 +168,7 @@ class Rays:
         """
         if self._box is None:
             raise GradError("samples need a box: give Rays the box that they fill")
-        counts = np.array(shape[::-1], float) - (1 if self._options["nodes"] else 0)
+        counts = np.array(shape[::-1], float) - (1 if self._exits.options["nodes"] else 0)
         return np.asarray((self._box[1] - self._box[0]) / np.maximum(counts, 1))
 
     def select(self, rows: ArrayLike) -> "Rays":
@@ -267,7 +177,7 @@ class Rays:
         Parameters
         ----------
         rows : array_like
-            Numbers of the rays, or a mask, (rays,).
+            Numbers of the ends, or a mask, (rays,).
 
         Returns
         -------
@@ -278,9 +188,128 @@ class Rays:
         --------
         >>> every_fourth = rays.select(np.arange(0, len(rays), 4))
         """
-        some = copy.copy(self)
-        some._origins, some._directions = (self._origins[np.asarray(rows)], self._directions[np.asarray(rows)])
+        some, chosen = copy.copy(self), np.asarray(rows)
+        each = chosen if self._exits.per_end == 1 else self._exits.rays_of(chosen, len(self))
+        some._origins, some._directions, some._exits = self._origins[each], self._directions[each], self._exits.select(chosen)
         return some
+
+    @staticmethod
+    def join(bundles: Sequence["Rays"]) -> "Rays":
+        """Rays of several bundles, such as cameras with different backgrounds.
+
+        Parameters
+        ----------
+        bundles : sequence of Rays
+            Rays through one box, each with its own exit, or all without an exit.
+
+        Returns
+        -------
+        Rays
+            All rays, in the order of the bundles. Each ray keeps its exit. With several exits,
+            :attr:`Gradient.exit` is ``None``.
+
+        Raises
+        ------
+        GradError
+            No bundles. Bundles with different boxes, ambient indices, placements, tolerances, or
+            numbers of rays in a mean.
+
+        Examples
+        --------
+        >>> both = morgana.grad.Rays.join([rays, rays.select([0])])
+        """
+        if not bundles:
+            raise GradError("there are no bundles of rays to join")
+        whole = copy.copy(bundles[0])
+        whole._exits = exits.joined([bundle._exits for bundle in bundles], [len(bundle) for bundle in bundles])
+        whole._origins = np.concatenate([bundle._origins for bundle in bundles])
+        whole._directions = np.concatenate([bundle._directions for bundle in bundles])
+        if whole._exits.planes:
+            whole._exit = None
+        return whole
+
+    def averaged(self, count: int) -> "Rays":
+        """Means over groups of rays, such as the rays of a pixel through a lens.
+
+        Parameters
+        ----------
+        count : int
+            Number of consecutive rays in each group, ≥ 1.
+
+        Returns
+        -------
+        Rays
+            Rays with one end for each group: the means of positions, directions and optical
+            lengths. A mean has no end if one of its rays has none. Means of directions are not unit
+            vectors.
+
+        Raises
+        ------
+        GradError
+            Rays that do not form whole groups, or that are means already.
+
+        Examples
+        --------
+        >>> pairs = rays.with_starts([[0, 0, -2], [0, 0.1, -2]], [0, 0, 1]).averaged(2)
+        """
+        checks.whole(count, "count", 1)
+        if self._exits.per_end != 1:
+            raise GradError(f"the ends are means over {self._exits.per_end} rays already")
+        if len(self) % count:
+            raise GradError(f"{len(self)} rays do not form whole groups of {count}")
+        means = copy.copy(self)
+        means._exits = self._exits.select(np.arange(0, len(self), count))._replace(per_end=count)
+        return means
+
+    @classmethod
+    def from_sensor(
+        cls,
+        sensor: Union[Camera, Scene],
+        pixels: Optional[ArrayLike] = None,
+        *,
+        lens: int = 1,
+        box: Optional[Box] = None,
+        exit: Optional[Plane] = None,
+        ambient: float = 1.0,
+        placement: str = "nodes",
+        tolerance: float = 1e-6,
+        max_length: Optional[float] = None,
+    ) -> "Rays":
+        """Rays of the pixels of a camera.
+
+        Parameters
+        ----------
+        sensor : Camera or Scene
+            A camera, or a scene with one.
+        pixels : array_like, (..., 2), optional
+            Pixel coordinates (column, row); (0, 0) is the centre of the first pixel. All pixels by
+            default, row by row.
+        lens : int, optional
+            Number of rays through the lens for each pixel, ≥ 1. Ends are means over these rays
+            (:meth:`averaged`). With 1, rays go through the centre of the lens.
+        box, exit, ambient, placement, tolerance, max_length
+            As for :class:`Rays`.
+
+        Returns
+        -------
+        Rays
+            An end for each pixel.
+
+        Raises
+        ------
+        GradError
+            Pixels without a direction, a scene without a supported camera, or several rays for a
+            camera without an aperture.
+
+        Examples
+        --------
+        >>> camera = morgana.grad.Camera.look_at((0, 0, -5), (0, 0, 0), fov=20, size=(64, 48))
+        >>> rays = morgana.grad.Rays.from_sensor(camera, box=((-1, -1, -1), (1, 1, 1)))
+        """
+        camera = sensor if isinstance(sensor, Camera) else Camera.of_scene(sensor)
+        origins, directions = camera.rays(pixels, lens=lens)
+        rays = cls(origins, directions, box=box, exit=exit, ambient=ambient, placement=placement, tolerance=tolerance, max_length=max_length)
+        return rays.averaged(lens)
 
     @property
     def starts(self) -> Tuple[Doubles, Doubles]:
@@ -313,6 +342,8 @@ class Rays:
         """
         others = copy.copy(self)
         others._origins, others._directions = _starts(origins, directions)
+        if (self._exits.which is not None or self._exits.per_end > 1) and len(others._origins) != len(self._origins):
+            raise GradError(f"rays with several exits or means keep their number, {len(self._origins)}, but {len(others._origins)} origins are given")
         return others
 
     def torch(self, build: Optional[Build] = None) -> Callable[..., Any]:
@@ -359,6 +390,7 @@ class Rays:
         >>> curvature = torch.tensor(0.2, dtype=torch.float64, requires_grad=True)
         >>> rays.torch(lens)({"surfaces[0].curvature": curvature})[0].square().sum().backward()
         """
+        self._refuse_means("torch")
         return _autodiff.torch_function(self, build)
 
     def jax(self, build: Optional[Build] = None) -> Callable[..., Any]:
@@ -390,6 +422,7 @@ class Rays:
         >>> ends = rays.jax()
         >>> jax.grad(lambda index: jnp.sum((ends(index)[1] - measured) ** 2))(index)
         """
+        self._refuse_means("jax")
         return _autodiff.jax_function(self, build)
 
     def forward(self, index: Index) -> Ends:
@@ -415,7 +448,7 @@ class Rays:
         >>> ends = rays.forward(index)
         >>> ends.positions[ends.valid]
         """
-        return Ends(*_morgana.follow_rays(self._layout(index).through, self._origins, self._directions, self._options))
+        return Ends(*self._exits.follow(self._layout(index).through, self._origins, self._directions))
 
     def vjp(
         self,
@@ -461,7 +494,7 @@ class Rays:
             self._loss(optical_lengths, "optical_lengths", (len(self),)),
         )
         layout = self._layout(index)
-        found, origins, directions, failed = _morgana.pull_back(layout.through, self._origins, self._directions, self._options, by)
+        found, origins, directions, failed = self._exits.pull(layout.through, self._origins, self._directions, by)
         if failed:
             raise GradError(f"the loss depends on {failed} rays that have no end: set its derivatives to zero where Ends.valid is False")
         media, surfaces, exit = found
@@ -512,12 +545,11 @@ class Rays:
         layout = self._layout(index)
         media, surfaces = layout.change(field)
         starts = [
-            np.zeros((len(self), 3)) if of is None else self._finite(of, f"a change of the {name}")
+            np.zeros(self._origins.shape) if of is None else self._finite(of, f"a change of the {name}")
             for name, of in (("origins", origins), ("directions", directions))
         ]
         change = (media, surfaces, self._of_exit(exit))
-        *found, _ = _morgana.push_forward(layout.through, self._origins, self._directions, self._options, change, *starts)
-        return Change(*found)
+        return Change(*self._exits.push(layout.through, self._origins, self._directions, change, starts))
 
     def least_squares(
         self,
@@ -572,14 +604,22 @@ class Rays:
             self._ends(directions, "directions", (len(self), 3)),
             self._ends(optical_lengths, "optical_lengths", (len(self),)),
         )
-        noise = (
+        noise: Tuple[float, float, float] = (
             checks.positive(position_noise, "position_noise"),
             checks.positive(direction_noise, "direction_noise"),
             checks.positive(optical_length_noise, "optical_length_noise"),
         )
+        if self._exits.per_end > 1:
+            names = ("positions", "directions", "optical_lengths")
+            kinds = [Kind.of(name, values, sigma) for name, values, sigma in zip(names, measured, noise) if values is not None]
+            return sum_of_losses(self, index, kinds, Squares()).least_squares
         layout = self._layout(index)
-        squares, (media, surfaces, _), lost = _morgana.sum_of_squares(layout.through, self._origins, self._directions, self._options, measured, noise)
+        squares, (media, surfaces, _), lost = self._exits.squares(layout.through, self._origins, self._directions, measured, noise)
         return LeastSquares(0.5 * squares, layout.gathered(media, surfaces), lost)
+
+    def _refuse_means(self, library: str) -> None:
+        if self._exits.per_end > 1:
+            raise GradError(f"{library} does not support means over rays: follow the rays of a lens one by one, and average in {library}")
 
     def _layout(self, index: Index) -> Layout:
         layout = Layout(index, self._box is not None)
@@ -606,8 +646,8 @@ class Rays:
 
     def _finite(self, values: ArrayLike, what: str) -> Doubles:
         array = np.ascontiguousarray(numbers(values, what))
-        if array.shape != (len(self), 3) or not np.isfinite(array).all():
-            raise GradError(f"{what} has the shape {array.shape} but must be finite numbers of shape {(len(self), 3)}")
+        if array.shape != self._origins.shape or not np.isfinite(array).all():
+            raise GradError(f"{what} has the shape {array.shape} but must be finite numbers of shape {self._origins.shape}")
         return array
 
     @staticmethod
@@ -634,7 +674,7 @@ class Rays:
     __hash__ = None  # type: ignore[assignment]
 
     def __len__(self) -> int:
-        return len(self._origins)
+        return len(self._origins) // self._exits.per_end
 
     def __repr__(self) -> str:
         where = "" if self._box is None else f" through a box from {self._box[0].tolist()} to {self._box[1].tolist()}"

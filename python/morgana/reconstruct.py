@@ -11,7 +11,6 @@ Needs SciPy: ``pip install ".[reconstruct]"`` in a clone of morgana. See docs/gu
 
 from __future__ import annotations
 
-import itertools
 import os
 import warnings
 from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
@@ -21,20 +20,29 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _checks as checks
 from . import _descent as descent
+from . import _losses as losses
 from . import _penalties as penalties
 from ._checkpoint import Checkpoint
 from ._errors import SceneWarning
-from ._numbers import grid_samples, in_order, numbers
+from ._misfit import MAX_RAYS, Misfit, Weights, measured_kinds, simulated
+from ._numbers import grid_samples, in_order
 from ._posterior import Posterior
 from ._preconditioner import Filter, ReconstructionError, scipy
 from ._values import comparable
 from .grad import Rays
 
-__all__ = ["Iteration", "Posterior", "Reconstruction", "ReconstructionError", "fit", "posterior"]
+__all__ = [
+    "Iteration",
+    "Posterior",
+    "Reconstruction",
+    "ReconstructionError",
+    "Residuals",
+    "fit",
+    "posterior",
+    "residuals",
+]
 
 Doubles = NDArray[np.float64]
-Valued = Tuple[float, Doubles]
-"""Value of a function, and its derivatives."""
 Shape = Tuple[int, int, int]
 
 MIN_COARSE_SAMPLES = 8
@@ -51,11 +59,10 @@ RAYS_PER_SAMPLE = 0.5
 the finest grid starts with a part."""
 ITERATIONS_PER_PART = 3
 """Iterations with one part of the rays before the next part replaces it."""
+ITERATIONS_PER_SCALE = 5
+"""Iterations with one scale of a robust loss before a new scale replaces it."""
 GROWTH = 2
 """Factor by which parts grow on the last grid whenever a part brings no further progress."""
-MAX_RAYS = 1 << 20
-"""Largest number of rays that the final χ² takes. If there are more rays, it takes this number,
-drawn at random: the standard error of χ² is far below a per cent."""
 SMOOTH_SLOPE = 0.05
 """Slope below which total variation counts as smooth, as a fraction of the largest slope after the
 first step that the data alone request."""
@@ -74,8 +81,8 @@ class Iteration(NamedTuple):
     number: int
     """Number of the iteration on this grid, from 1."""
     chi_square: float
-    """Σ ((ray − measured)/noise)² per datum, over the rays of this iteration. Noise alone gives
-    1."""
+    """Σ ((ray − measured)/noise)² per datum, over the rays of this iteration. Noise alone gives 1.
+    With a robust loss, outliers do not count."""
     rays: int
     """Number of rays of this iteration."""
 
@@ -88,7 +95,8 @@ class Reconstruction(NamedTuple):
     """Samples of n, (nz, ny, nx)."""
     chi_square: float
     """Σ ((ray − measured)/noise)² per datum, over all rays that have an end. If there are more than
-    a million (2²⁰) rays, over a million of them, drawn at random."""
+    a million (2²⁰) rays, over a million of them, drawn at random. With a robust loss, outliers do
+    not count: rays that are further from their measurement than 4 times the scale of the loss."""
     stopped: str
     """Reason for the end of the search: ``"noise"`` if noise explains all remaining differences,
     over all rays; ``"slow"`` if χ² hardly decreased; ``"iterations"`` if the limit of iterations
@@ -103,105 +111,6 @@ class Reconstruction(NamedTuple):
 
     def __repr__(self) -> str:
         return f"<morgana.reconstruct.Reconstruction of {self.samples.shape}, χ² {self.chi_square:.4g} after {len(self.history)} iterations: {self.stopped}>"
-
-
-class _Measured(NamedTuple):
-    """Data of one kind, with their noise and the number of independent values."""
-
-    name: str
-    values: Doubles
-    noise: float
-    data: float
-
-
-class _Weights(NamedTuple):
-    """Weights of the penalties that are added to ½χ²."""
-
-    smoothness: float
-    total_variation: float
-
-
-class _Misfit:
-    """Half of χ² of the rays, plus penalties, and its derivatives by the samples."""
-
-    def __init__(self, rays: Rays, measured: List[_Measured], weights: _Weights) -> None:
-        self.rays, self.measured, self.weights = rays, measured, weights
-        self.count = sum(kind.data for kind in measured)
-        self.is_measured = np.any([np.isfinite(kind.values.reshape(len(rays), -1)).all(axis=1) for kind in measured], axis=0)
-        self.is_of_slopes = all(kind.name != "optical_lengths" for kind in measured)
-        self.given: Dict[str, Any] = {kind.name: kind.values for kind in measured}
-        self.given.update({_noise_of(kind.name): kind.noise for kind in measured})
-        self.flat, self.chi_square = 1.0, np.inf
-
-    def parts(self, size: int) -> "Iterator[_Misfit]":
-        """Yields parts of ``size`` rays, drawn at random, repeating forever. Yields all rays each
-        time if ``size`` is at least their number."""
-        count = len(self.rays)
-        if size >= count:
-            yield from itertools.repeat(self)
-        order = np.random.default_rng(0).permutation(count)
-        for part in itertools.cycle(range(count // size)):
-            yield self.with_rays(np.sort(order[part * size : (part + 1) * size]))
-
-    def with_rays(self, rows: NDArray[np.int64]) -> "_Misfit":
-        """Returns the misfit of some of the rays, with penalties in proportion."""
-        share = len(rows) / len(self.rays)
-        measured = [kind._replace(values=kind.values[rows], data=share * kind.data) for kind in self.measured]
-        return _Misfit(self.rays.select(rows), measured, _Weights(*(share * weight for weight in self.weights)))
-
-    def of_data(self, index: Doubles) -> Valued:
-        """Returns ½χ² without penalties, and its derivatives."""
-        found = self.rays.least_squares(index, **self.given)
-        self.chi_square = self.per_datum(2 * found.value, found.lost)
-        return found.value, found.gradient
-
-    def per_datum(self, squares: float, lost: int) -> float:
-        """Returns χ² per datum over the rays that have an end; NaN if all are lost."""
-        share = 1 - lost / np.count_nonzero(self.is_measured)
-        return squares / (share * self.count) if share > 0 else np.nan
-
-    def __call__(self, index: Doubles) -> Valued:
-        return self.with_penalties(index, self.of_data(index))
-
-    def with_penalties(self, index: Doubles, of_data: Valued) -> Valued:
-        """Returns ½χ² plus penalties, given ½χ²."""
-        value, gradient = of_data
-        smoothness, total_variation = self.weights
-        lattice = penalties.lattice_of(self.rays, index.shape)
-        if smoothness > 0:
-            penalty, slope = penalties.roughness(index, lattice)
-            value, gradient = (value + smoothness * penalty, gradient + smoothness * slope)
-        if total_variation > 0:
-            penalty, slope = penalties.total_variation(index, lattice, self.flat)
-            value, gradient = (value + total_variation * penalty, gradient + total_variation * slope)
-        return value, gradient
-
-    def without_derivatives(self, index: Doubles) -> Tuple[float, int]:
-        """Returns χ² per datum, and the number of measured rays that have no end."""
-        ends = self.rays.forward(index)
-        squares = sum(float(np.nansum(np.square((getattr(ends, kind.name) - kind.values) / kind.noise))) for kind in self.measured)
-        lost = int(np.count_nonzero(self.is_measured & ~ends.valid))
-        return self.per_datum(squares, lost), lost
-
-    def lost_share(self, lost: int) -> float:
-        """Returns the fraction of the measured rays that have no end, given
-        :attr:`Reconstruction.lost`."""
-        return lost / np.count_nonzero(next(self.parts(MAX_RAYS)).is_measured)
-
-    def check_start(self, index: Doubles) -> None:
-        """Raises an error if no measured ray has an end in the index at the start."""
-        part = next(self.parts(MAX_RAYS))
-        if not (part.is_measured & part.rays.forward(index).valid).any():
-            raise ReconstructionError(
-                "no measured ray has an end in the index at the start: the rays miss the exit. Check that it is ahead of the origins along the "
-                "directions, and max_length"
-            )
-
-    @property
-    def explained(self) -> bool:
-        """True if noise explains the remaining differences, which ends the search. Always False
-        with penalties, which keep noise out themselves."""
-        return self.chi_square <= 1 and not any(self.weights)
 
 
 class _Limits(NamedTuple):
@@ -235,7 +144,7 @@ class _Stage(NamedTuple):
 class _Problem(NamedTuple):
     """A reconstruction to solve."""
 
-    misfit: _Misfit
+    misfit: Misfit
     grids: List[Shape]
     limits: _Limits
     start: Doubles
@@ -287,12 +196,7 @@ class _Problem(NamedTuple):
     def replicate(self, truth: Doubles, rng: np.random.Generator) -> Doubles:
         """Returns the reconstruction from simulated measurements of ``truth`` with new noise."""
         ends = self.misfit.rays.forward(truth)
-        measured = []
-        for kind in self.misfit.measured:
-            exact = getattr(ends, kind.name)
-            values = np.where(np.isfinite(kind.values), exact + kind.noise * rng.normal(size=exact.shape), np.nan)
-            measured.append(kind._replace(values=_unit(values) if kind.name == "directions" else values))
-        again = _Misfit(self.misfit.rays, measured, self.misfit.weights)
+        again = self.misfit.with_measured([simulated(kind, getattr(ends, kind.name), rng) for kind in self.misfit.measured])
         return self._replace(misfit=again).solve(None, None).samples
 
 
@@ -301,17 +205,18 @@ def fit(
     shape: Sequence[int],
     *,
     positions: Optional[ArrayLike] = None,
-    position_noise: Optional[float] = None,
+    position_noise: Optional[ArrayLike] = None,
     directions: Optional[ArrayLike] = None,
-    direction_noise: Optional[float] = None,
+    direction_noise: Optional[ArrayLike] = None,
     optical_lengths: Optional[ArrayLike] = None,
-    optical_length_noise: Optional[float] = None,
+    optical_length_noise: Optional[ArrayLike] = None,
     start: Optional[ArrayLike] = None,
     known: Optional[ArrayLike] = None,
     lower: Optional[float] = None,
     upper: Optional[float] = None,
     smoothness: float = 0.0,
     total_variation: float = 0.0,
+    loss: str = "squares",
     iterations: int = 40,
     replicates: int = 0,
     checkpoint: Optional[Union[str, "os.PathLike[str]"]] = None,
@@ -338,15 +243,16 @@ def fit(
         Samples of the grid, (nz, ny, nx).
     positions : array_like, (rays, 3), optional
         Measured positions of the ends. NaN if unknown.
-    position_noise : float, optional
-        Standard deviation of the components of ``positions``, in scene units, > 0.
+    position_noise : float or array_like, (rays,), optional
+        Standard deviation of the components of ``positions``, in scene units, > 0: one for all
+        rays, or one for each.
     directions : array_like, (rays, 3), optional
         Measured directions of the ends, of any length. NaN if unknown.
-    direction_noise : float, optional
+    direction_noise : float or array_like, (rays,), optional
         Standard deviation of the components of the unit directions, in radians, > 0.
     optical_lengths : array_like, (rays,), optional
         Measured ∫ n ds, in scene units. NaN if unknown.
-    optical_length_noise : float, optional
+    optical_length_noise : float or array_like, (rays,), optional
         Standard deviation of ``optical_lengths``, in scene units, > 0.
     start : array_like, (nz, ny, nx), optional
         Initial samples, of any shape; by default the uniform ``ambient`` index of the rays. If they
@@ -363,6 +269,12 @@ def fit(
     total_variation : float, optional
         Weight of ∫|∇n| dV, which is added to ½χ². Use it with few views of bodies with edges.
         Slopes below 5 % of the largest slope count as smooth.
+    loss : str, optional
+        Loss of a ray whose end is r standard deviations of the noise from its measurement.
+        ``"squares"`` is ½r², so that χ² is minimised. ``"huber"`` is linear beyond r = 2s, which
+        limits the effect of outliers. The scale s follows from the median of r. It starts at the
+        size of the signal and falls to 1, the size of the noise. An evaluation takes 1.3 times as
+        long as with ``"squares"``.
     iterations : int, optional
         Maximum number of iterations on each grid. It determines the run time: each iteration traces
         half a ray per sample of the grid, or more after parts have grown.
@@ -400,8 +312,8 @@ def fit(
     """
     scipy("scipy.ndimage")
     goal = _shape(shape)
-    measured = _measured(rays, (positions, position_noise), (directions, direction_noise), (optical_lengths, optical_length_noise))
-    weights = _Weights(_weight(smoothness, "smoothness"), _weight(total_variation, "total_variation"))
+    measured = measured_kinds(rays, (positions, position_noise), (directions, direction_noise), (optical_lengths, optical_length_noise))
+    weights = Weights(_weight(smoothness, "smoothness"), _weight(total_variation, "total_variation"))
     checks.whole(iterations, "iterations", 1)
     if checks.whole(replicates, "replicates", 0) == 1:
         raise ReconstructionError("replicates is 1 but must be 0, or at least 2 for a deviation")
@@ -412,7 +324,7 @@ def fit(
         if index.ndim != 3:
             raise ReconstructionError(f"start has the shape {index.shape} but must be samples [z, y, x]")
         grids = [goal] if index.shape == goal else grids
-    problem = _Problem(_Misfit(rays, measured, weights), grids, _limits(lower, upper, known, goal), index, iterations)
+    problem = _Problem(Misfit(rays, measured, weights, _loss(loss)), grids, _limits(lower, upper, known, goal), index, iterations)
     saved = None if checkpoint is None else Checkpoint(checkpoint, problem, ReconstructionError)
     problem.misfit.check_start(index)
     found = problem.solve(progress, saved)
@@ -433,16 +345,81 @@ def _check_lost(share: float) -> None:
         warnings.warn(message, SceneWarning, stacklevel=3)
 
 
+@comparable
+class Residuals(NamedTuple):
+    """Differences between the ends of rays in an index and their measurements: result of
+    :func:`residuals`."""
+
+    lengths: Doubles
+    """Length of the difference of each end in units of the noise, (rays,): √2 root mean square for
+    normal noise of directions or positions, 1 for optical lengths. The greatest of the kinds of
+    data. NaN for rays without data or without an end."""
+    scale: float
+    """Standard deviation of the components of differences, in units of the noise, from their median
+    length: at least 1. 1 if noise explains all differences except outliers."""
+    outliers: NDArray[np.bool_]
+    """Mask of the rays with a length above 4 times ``scale``, (rays,). Normal noise exceeds this
+    limit for 3 rays of 10 000."""
+
+    def __repr__(self) -> str:
+        return f"<morgana.reconstruct.Residuals of {len(self.lengths)} rays: scale {self.scale:.4g}, {np.count_nonzero(self.outliers)} outliers>"
+
+
+def residuals(
+    rays: Rays,
+    samples: ArrayLike,
+    *,
+    positions: Optional[ArrayLike] = None,
+    position_noise: Optional[ArrayLike] = None,
+    directions: Optional[ArrayLike] = None,
+    direction_noise: Optional[ArrayLike] = None,
+    optical_lengths: Optional[ArrayLike] = None,
+    optical_length_noise: Optional[ArrayLike] = None,
+) -> Residuals:
+    """Differences between the ends of rays in an index and measured ends, with outliers.
+
+    Parameters
+    ----------
+    rays : Rays
+        As for :func:`fit`.
+    samples : array_like, (nz, ny, nx)
+        Samples of n, such as :attr:`Reconstruction.samples`.
+    positions, position_noise, directions, direction_noise, optical_lengths, optical_length_noise
+        As for :func:`fit`.
+
+    Returns
+    -------
+    Residuals
+        Residuals of all rays, and the rays that are outliers.
+
+    Raises
+    ------
+    ReconstructionError
+        No data, data without noise, or shapes that do not fit.
+
+    Examples
+    --------
+    >>> found = morgana.reconstruct.fit(rays, (32, 32, 32), directions=measured, direction_noise=1e-4, loss="huber")
+    >>> left = morgana.reconstruct.residuals(rays, found.samples, directions=measured, direction_noise=1e-4)
+    >>> measured[left.outliers]
+    """
+    measured = measured_kinds(rays, (positions, position_noise), (directions, direction_noise), (optical_lengths, optical_length_noise))
+    each = losses.lengths_of(rays.forward(samples), measured)
+    lengths = np.fmax.reduce(list(each.values()))
+    scale = losses.robust_scale(each)
+    return Residuals(lengths, scale, np.asarray(lengths > losses.OUTLYING * scale))
+
+
 def posterior(
     rays: Rays,
     samples: ArrayLike,
     *,
     positions: Optional[ArrayLike] = None,
-    position_noise: Optional[float] = None,
+    position_noise: Optional[ArrayLike] = None,
     directions: Optional[ArrayLike] = None,
-    direction_noise: Optional[float] = None,
+    direction_noise: Optional[ArrayLike] = None,
     optical_lengths: Optional[ArrayLike] = None,
-    optical_length_noise: Optional[float] = None,
+    optical_length_noise: Optional[ArrayLike] = None,
     known: Optional[ArrayLike] = None,
     smoothness: float = 0.0,
     prior_deviation: Optional[float] = None,
@@ -488,14 +465,14 @@ def posterior(
     index = grid_samples(samples, "samples").astype(float)
     if index.ndim != 3:
         raise ReconstructionError(f"samples have the shape {index.shape} but must be samples [z, y, x]")
-    measured = _measured(rays, (positions, position_noise), (directions, direction_noise), (optical_lengths, optical_length_noise))
+    measured = measured_kinds(rays, (positions, position_noise), (directions, direction_noise), (optical_lengths, optical_length_noise))
     per_variance = checks.optional_positive(prior_deviation, "prior_deviation")
     prior = (_weight(smoothness, "smoothness"), 0.0 if per_variance is None else per_variance**-2)
     if not any(prior):
         raise ReconstructionError("give smoothness or prior_deviation: nothing else limits samples that no ray crosses")
     mask = _limits(None, None, known, _shape(index.shape)).known
     valid = rays.forward(index).valid
-    noise = {kind.name: (kind.noise, np.asarray(np.isfinite(kind.values.reshape(len(rays), -1)).all(axis=1))) for kind in measured}
+    noise = {kind.name: (kind.noise, kind.known) for kind in measured}
     lost = sum(int(np.count_nonzero(known & ~valid)) for _, known in noise.values())
     if lost:
         raise ReconstructionError(f"{lost} data belong to rays that have no end in this index: set them to NaN")
@@ -508,7 +485,7 @@ class _Level:
     """Search on one grid, with all rays or with parts of them in turn. Iteration yields improving
     samples and χ² per datum there."""
 
-    def __init__(self, misfit: _Misfit, stage: _Stage, limits: _Limits, index: Doubles, is_last: bool) -> None:
+    def __init__(self, misfit: Misfit, stage: _Stage, limits: _Limits, index: Doubles, is_last: bool) -> None:
         rays = misfit.rays
         self.parts, self.has_all = misfit.parts(stage.rays), stage.rays == len(rays)
         self.small = MIN_DECREASE if is_last else MIN_COARSE_DECREASE
@@ -529,7 +506,7 @@ class _Level:
         scale: Optional[float] = None
         before = np.inf
         for misfit in self.parts:
-            of_data = misfit.of_data(index)
+            of_data = misfit.of_data(index, adapt=True)
             if misfit.explained:
                 self.stopped = "noise"
                 return
@@ -545,11 +522,11 @@ class _Level:
                 yield index, chi_square
             if self.stopped:
                 return
-            if self.has_all or found is index:
+            if (self.has_all and not misfit.is_robust) or found is index:
                 break
         self.stopped = "slow"
 
-    def _scales(self, misfit: _Misfit, index: Doubles, gradient: Doubles) -> Tuple[float, float]:
+    def _scales(self, misfit: Misfit, index: Doubles, gradient: Doubles) -> Tuple[float, float]:
         """Returns the scale of the first step, and the slope below which total variation counts as
         flat."""
         scale, first = descent.first_scale(misfit.of_data, index, gradient, self.precondition)
@@ -557,16 +534,17 @@ class _Level:
             return scale, 1.0
         return scale, max(SMOOTH_SLOPE * penalties.largest_slope(index + first, penalties.lattice_of(misfit.rays, index.shape)), 1e-300)
 
-    def _turn(self, misfit: _Misfit, steps: Iterator[Tuple[Doubles, float]]) -> Iterator[Tuple[Doubles, float]]:
-        """Yields the steps with one part of the rays; with all rays, the steps until the search
-        ends."""
+    def _turn(self, misfit: Misfit, steps: Iterator[Tuple[Doubles, float]]) -> Iterator[Tuple[Doubles, float]]:
+        """Yields the steps with one part of the rays, or with one scale of a robust loss. With all
+        rays and without a scale, yields the steps until the search ends."""
         values: List[float] = []
+        last = ITERATIONS_PER_SCALE if misfit.is_robust else None
         for index, value in steps:
             values.append(value)
             if self.has_all:
                 self.stopped = "noise" if misfit.explained else "slow" if _is_slow(values, self.small) else ""
             yield index, misfit.chi_square
-            if self.stopped or (not self.has_all and (misfit.explained or len(values) == ITERATIONS_PER_PART)):
+            if self.stopped or len(values) == last or (not self.has_all and (misfit.explained or len(values) == ITERATIONS_PER_PART)):
                 return
 
 
@@ -579,59 +557,19 @@ def _is_slow(values: List[float], small: float) -> bool:
     return before - values[-1] < AVERAGED_ITERATIONS * small * before
 
 
-_Given = Tuple[Optional[ArrayLike], Optional[float]]
-
-
-def _measured(rays: Rays, positions: _Given, directions: _Given, optical_lengths: _Given) -> List[_Measured]:
-    """Returns all kinds of data that are given, at least one."""
-    measured = [
-        *_data(rays, "positions", *positions, independent=2),
-        *_data(rays, "directions", *directions, independent=2),
-        *_data(rays, "optical_lengths", *optical_lengths, independent=1),
-    ]
-    if not measured:
-        raise ReconstructionError("there is nothing to fit: give positions, directions or optical_lengths with their noise")
-    return measured
-
-
-def _data(rays: Rays, name: str, values: Optional[ArrayLike], noise: Optional[float], independent: int) -> List[_Measured]:
-    """Returns one kind of data if it is given. A direction and a position on a plane have two
-    independent components."""
-    word = _noise_of(name)
-    if values is None:
-        if noise is not None:
-            raise ReconstructionError(f"{word} is given without {name}")
-        return []
-    if noise is None:
-        raise ReconstructionError(f"{name} need their standard deviation: give {word}")
-    array = numbers(values, name)
-    shape = (len(rays),) if name == "optical_lengths" else (len(rays), 3)
-    if array.shape != shape:
-        raise ReconstructionError(f"{name} have the shape {array.shape} but must have {shape}, a row for each ray")
-    known = np.isfinite(array.reshape(len(rays), -1)).all(axis=1)
-    if not known.any():
-        raise ReconstructionError(f"none of the {name} is known")
-    array = np.where(known.reshape(-1, *[1] * (array.ndim - 1)), array, np.nan)
-    if name == "directions":
-        if (np.linalg.norm(array[known], axis=1) == 0).any():
-            raise ReconstructionError("some directions have no length")
-        array = _unit(array)
-    return [_Measured(name, array, checks.positive(noise, word), independent * int(known.sum()))]
-
-
-def _noise_of(name: str) -> str:
-    return f"{name[:-1]}_noise"
-
-
-def _unit(vectors: Doubles) -> Doubles:
-    return np.asarray(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
-
-
 def _weight(value: float, name: str) -> float:
     weight = checks.real(value, name, "a number of at least 0")
     if not (weight >= 0 and np.isfinite(weight)):
         raise ReconstructionError(f"{name} is {value} but must be at least 0")
     return weight
+
+
+def _loss(name: str) -> losses.Loss:
+    kind = losses.LOSSES.get(name) if isinstance(name, str) else None
+    if kind is None:
+        raise ReconstructionError(f"loss is {checks.shown(name)} but must be one of {', '.join(map(repr, losses.LOSSES))}")
+    found: losses.Loss = kind()
+    return found
 
 
 def _limits(lower: Optional[float], upper: Optional[float], known: Optional[ArrayLike], goal: Shape) -> _Limits:

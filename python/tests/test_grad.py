@@ -83,7 +83,7 @@ def test_least_squares_leave_rays_without_an_end_out():
 def test_rays_from_elsewhere():
     origins, directions = starts()
     moved = bundle(origins, directions).with_starts(origins + [0.01, 0, 0], directions)
-    assert moved == bundle(origins + [0.01, 0, 0], directions, max_length=moved._options["max_length"])
+    assert moved == bundle(origins + [0.01, 0, 0], directions, max_length=moved._exits.options["max_length"])
     np.testing.assert_array_equal(moved.starts[0], origins + [0.01, 0, 0])
 
 

@@ -176,6 +176,9 @@ def samples():
     swept["sensor"] = {**swept["sensor"], "sampler": {"type": "independent", "sample_count": "$n"}}
     bundle = morgana.grad.Rays([[0, 0, -2]], [0, 0, 1], box=((-1, -1, -1), (1, 1, 1)))
     iteration = morgana.reconstruct.Iteration((4, 4, 4), 1, 2.0, 1)
+    camera = morgana.grad.Camera.look_at((0, 0, -5), (0, 0, 0), fov=20, size=(4, 3))
+    wall = morgana.grad.Plane((0, 0, 3), (0, 0, 1))
+    unit_box = ((-1, -1, -1), (1, 1, 1))
     return [
         bundle,
         bundle.forward(np.full((4, 4, 4), 1.2)),
@@ -190,9 +193,12 @@ def samples():
         bundle.jvp(np.full((4, 4, 4), 1.2), np.ones((4, 4, 4))),
         morgana.grad.ElementArray(ARRAY),
         morgana.reconstruct.posterior(bundle, np.full((4, 4, 4), 1.2), optical_lengths=[1.0], optical_length_noise=0.1, smoothness=1.0),
+        camera,
+        morgana.grad.BosData.of_camera(camera, np.zeros((3, 4, 2)), background=wall, noise=0.1, box=unit_box),
         morgana.grad.GradError("no box"),
         iteration,
         morgana.reconstruct.Reconstruction(np.ones((4, 4, 4)), 2.0, "slow", [iteration], 0),
+        morgana.reconstruct.residuals(bundle, np.full((4, 4, 4), 1.2), optical_lengths=[1.0], optical_length_noise=0.1),
         morgana.reconstruct.ReconstructionError("no data"),
         scene,
         scene.parameters(),
