@@ -22,10 +22,12 @@ from . import _checks as checks
 from . import _descent as descent
 from . import _losses as losses
 from . import _penalties as penalties
+from ._abel import Profile, abel
 from ._checkpoint import Checkpoint
 from ._errors import SceneWarning
 from ._misfit import MAX_RAYS, Misfit, Weights, measured_kinds, simulated
 from ._numbers import grid_samples, in_order
+from ._poisson import PathDifference, integrate
 from ._posterior import Posterior
 from ._preconditioner import Filter, ReconstructionError, scipy
 from ._values import comparable
@@ -33,11 +35,15 @@ from .grad import Rays
 
 __all__ = [
     "Iteration",
+    "PathDifference",
     "Posterior",
+    "Profile",
     "Reconstruction",
     "ReconstructionError",
     "Residuals",
+    "abel",
     "fit",
+    "integrate",
     "posterior",
     "residuals",
 ]

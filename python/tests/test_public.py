@@ -199,6 +199,8 @@ def samples():
         iteration,
         morgana.reconstruct.Reconstruction(np.ones((4, 4, 4)), 2.0, "slow", [iteration], 0),
         morgana.reconstruct.residuals(bundle, np.full((4, 4, 4), 1.2), optical_lengths=[1.0], optical_length_noise=0.1),
+        morgana.reconstruct.abel([0.5, 1.0], [1e-3, 1e-3], noise=1e-5),
+        morgana.reconstruct.integrate(np.zeros((3, 4, 2)), spacing=0.1, noise=1e-5),
         morgana.reconstruct.ReconstructionError("no data"),
         scene,
         scene.parameters(),
