@@ -198,6 +198,9 @@ class Camera:
         own = {name.rpartition(".")[2]: values[name] for name in values if films and name.rpartition(".")[0] == films[0]}
         if len(films) != 1 or not {"to_world"} <= own.keys() or "aperture" in own:
             raise GradError("the scene must have one sensor: perspective, thinlens or orthographic")
+        crop = [values.get(f"{films[0]}.film.crop_{name}") for name in ("offset_x", "offset_y", "width", "height")]
+        if any(crop):
+            raise GradError("the film of the scene is cropped: load the scene without crop_offset_x, crop_offset_y, crop_width and crop_height")
         columns, rows = scene.size
         to_world = np.asarray(own["to_world"], float)
         scales = np.linalg.norm(to_world[:3, :3], axis=0)

@@ -357,3 +357,7 @@ def test_scenes_without_a_camera_are_told():
     for sensor in ({"type": "telecentric", "acceptance_angle": 1.0}, {"type": "perspective", "focal_length": "35mm"}):
         with pytest.raises(grad.GradError, match="must be perspective or thinlens with a fov, or orthographic"):
             grad.Camera.of_scene(morgana.load_dict(board(sensor)))
+    cropped = board(SENSORS[0])
+    cropped["sensor"]["film"].update({"crop_offset_x": 1, "crop_width": 3})
+    with pytest.raises(grad.GradError, match="the film of the scene is cropped"):
+        grad.Camera.of_scene(morgana.load_dict(cropped))
