@@ -33,13 +33,15 @@ def jet(samples, contrast, smooth):
 
 def _views(count, pixels):
     """Returns parallel rays around the axis of the jet, over half a turn."""
-    across = np.linspace(-0.95, 0.95, pixels)
-    u, w = (a.ravel() for a in np.meshgrid(across, across))
-    angles = np.pi * np.arange(count) / count
-    along = np.column_stack([np.cos(angles), np.sin(angles), 0 * angles])
-    side = np.column_stack([-np.sin(angles), np.cos(angles), 0 * angles])
-    origins = side[:, None] * u[None, :, None] + np.array([0, 0, 1]) * w[None, :, None] - 2 * along[:, None]
-    return origins.reshape(-1, 3), np.repeat(along, pixels**2, axis=0)
+    origins, directions = [], []
+    for angle in np.pi * np.arange(count) / count:
+        place = (-2 * np.cos(angle), -2 * np.sin(angle), 0)
+        camera = grad.Camera.look_at(place, (0, 0, 0), up=(0, 0, 1), width=1.9 * pixels / (pixels - 1), size=(pixels, pixels))
+        # Begin below and on the right.
+        starts = camera.rays(camera.pixels()[::-1, ::-1])
+        origins.append(starts[0])
+        directions.append(starts[1])
+    return np.concatenate(origins), np.concatenate(directions)
 
 
 def figure(path, true, found, deflection):
