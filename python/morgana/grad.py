@@ -28,8 +28,9 @@ from ._element_array import ElementArray
 from ._ends import Change, Ends, Gradient, LeastSquares
 from ._losses import Kind, Squares, sum_of_losses
 from ._morgana import Field, Scene
-from ._numbers import numbers, vectors
-from ._system import Aperture, Conic, Cylinder, GradError, Layout, Plane, Sphere, System, check_starts, finite, triple, unit
+from ._numbers import numbers
+from ._ray_arguments import Box, box_corners, exit_plane, ray_starts
+from ._system import Aperture, Conic, Cylinder, GradError, Layout, Plane, Sphere, System, finite, triple, unit
 from ._values import alike
 
 __all__ = [
@@ -54,7 +55,6 @@ __all__ = [
 Doubles = NDArray[np.float64]
 Index = Union[Field, System, ArrayLike]
 Build = _autodiff.Build
-Box = Tuple[ArrayLike, ArrayLike]
 
 class Rays:
     """Rays with given starts through an index field.
@@ -115,10 +115,10 @@ class Rays:
         tolerance: float = 1e-6,
         max_length: Optional[float] = None,
     ) -> None:
-        self._origins, self._directions = _starts(origins, directions)
-        self._box = None if box is None else _corners(box)
+        self._origins, self._directions = ray_starts(origins, directions)
+        self._box = None if box is None else box_corners(box)
         self._exit = None if exit is None else Plane(*exit)
-        plane = None if exit is None else _plane(exit)
+        plane = None if exit is None else exit_plane(exit)
         if plane is None and self._box is None:
             raise GradError("rays need an end: give an exit plane, or a box that they leave")
         if placement not in ("nodes", "centers"):
@@ -341,7 +341,7 @@ class Rays:
         >>> moved = rays.with_starts(origins + [0, 0, 0.1], directions)
         """
         others = copy.copy(self)
-        others._origins, others._directions = _starts(origins, directions)
+        others._origins, others._directions = ray_starts(origins, directions)
         if (self._exits.which is not None or self._exits.per_end > 1) and len(others._origins) != len(self._origins):
             raise GradError(f"rays with several exits or means keep their number, {len(self._origins)}, but {len(others._origins)} origins are given")
         return others
@@ -712,28 +712,3 @@ def parameters(index: Union[Field, System]) -> Dict[str, Doubles]:
     if not isinstance(index, (Field, System)):
         raise TypeError(f"expected a Field or a System, found {type(index).__name__}")
     return Layout(index, has_box=True).parameters()
-
-
-def _starts(origins: ArrayLike, directions: ArrayLike) -> Tuple[Doubles, Doubles]:
-    x, d = vectors(origins, "origins"), vectors(directions, "directions")
-    check_starts(x.shape, d.shape)
-    d = np.broadcast_to(d, x.shape)
-    for name, array in (("origins", x), ("directions", d)):
-        bad = ~np.isfinite(array).all(axis=1)
-        if name == "directions":
-            bad |= ~array.any(axis=1)
-        if bad.any():
-            raise GradError(f"{np.count_nonzero(bad)} {name} are not finite, or of no length: the first is number {int(np.argmax(bad))}")
-    return x, d
-
-
-def _corners(box: Box) -> Tuple[Doubles, Doubles]:
-    lower, upper = (numbers(corner, "box") for corner in box)
-    if lower.shape != (3,) or upper.shape != (3,) or not np.isfinite([lower, upper]).all() or not (lower < upper).all():
-        raise GradError(f"box is {lower.tolist()} to {upper.tolist()} but must be its lower and its upper corner, three finite numbers each")
-    return lower, upper
-
-
-def _plane(plane: Plane) -> Tuple[Doubles, Doubles]:
-    point, normal = plane
-    return finite(point, "the point of the exit"), unit(normal, "the normal of the exit")[0]

@@ -114,7 +114,8 @@ def test_posteriors_take_the_noise_of_each_ray():
     rays, n = views(2, 4), bump(4)
     data = {"directions": rays.forward(n).directions, "smoothness": 1e3}
     vector = RNG.normal(size=n.shape)
-    one, each, half = (reconstruct.posterior(rays, n, direction_noise=noise, **data) for noise in (1e-3, np.full(32, 1e-3), np.r_[np.full(16, 1e-3), np.full(16, 2e-3)]))
+    noises = (1e-3, np.full(32, 1e-3), np.repeat([1e-3, 2e-3], 16))
+    one, each, half = (reconstruct.posterior(rays, n, direction_noise=noise, **data) for noise in noises)
     np.testing.assert_allclose(each.precision(vector), one.precision(vector), rtol=1e-12)
     assert vector.ravel() @ half.precision(vector).ravel() < vector.ravel() @ one.precision(vector).ravel()
 
