@@ -38,6 +38,14 @@ def functions(page):
     return found
 
 
+def program(page):
+    """Runs the programs of a page. Returns their namespace."""
+    found = {}
+    for block in re.findall(r"^```python\n(.*?)^```", (ROOT / page).read_text(), re.DOTALL | re.MULTILINE):
+        exec(compile(block, page, "exec"), found)
+    return found
+
+
 def bos_pair():
     """Dots behind a jet, and their displacement (docs/guides/schlieren.md)."""
     pair = morgana.schlieren.bos(str(ROOT / "scenes/bos_jet.xml"), spp=8, rays=2, seed=1)
@@ -175,7 +183,29 @@ def tagged_fluence():
     return fig
 
 
-FIGURES = {figure.__name__: figure for figure in (bos_pair, shimmering_air, two_points, stars, speckle_pattern, tagged_fluence)}
+def frequency_domain_absorbers():
+    """Absorption of a block with two balls, true and reconstructed (docs/guides/frequency-domain.md)."""
+    page = program("docs/guides/frequency-domain.md")
+    fig, axes = plt.subplots(2, 3, figsize=(8.6, 5.4), layout="constrained", sharex=True, sharey=True)
+    angle = np.linspace(0, 2 * np.pi, 200)
+    for row, values, name in zip(axes, (page["truth"], page["found"].reshape(page["cells"])), ("true", "found")):
+        for layer, ax in enumerate(row):
+            drawn = ax.imshow(values[layer], origin="lower", extent=[0, 28, 0, 28], cmap="viridis", vmin=0, vmax=0.04)
+            ax.set(title=f"{name}, depth {4 * layer} to {4 * layer + 4} mm", xticks=range(0, 29, 7), yticks=range(0, 29, 7))
+            for x, y, z in page["balls"]:
+                # A ball is drawn in each layer that it enters, with its radius in the middle of the layer.
+                radius = np.sqrt(max(4**2 - (4 * layer + 2 - z) ** 2, 0))
+                if radius > 0:
+                    ax.plot(x + radius * np.cos(angle), y + radius * np.sin(angle), "w--", linewidth=1.2)
+    for ax in axes[:, 0]:
+        ax.set_ylabel("y (mm)")
+    for ax in axes[1]:
+        ax.set_xlabel("x (mm)")
+    fig.colorbar(drawn, ax=axes, label="absorption coefficient (1/mm)", shrink=0.8)
+    return fig
+
+
+FIGURES = {figure.__name__: figure for figure in (bos_pair, shimmering_air, two_points, stars, speckle_pattern, tagged_fluence, frequency_domain_absorbers)}
 
 
 def save(fig, path):
