@@ -205,7 +205,26 @@ def frequency_domain_absorbers():
     return fig
 
 
-FIGURES = {figure.__name__: figure for figure in (bos_pair, shimmering_air, two_points, stars, speckle_pattern, tagged_fluence, frequency_domain_absorbers)}
+def mueller_maps():
+    """Mueller matrix of backscattered light around a beam (docs/guides/tissue-optics.md)."""
+    page = functions("docs/guides/tissue-optics.md")
+    page["filters"] = [{"type": "polarizer", "theta": theta} for theta in (0, 90, 45)] + [{"type": "circular"}]
+    maps = page["mueller"](particles=400_000, pixels=25)
+    fig, axes = plt.subplots(4, 4, figsize=(9.0, 7.6), layout="constrained", sharex=True, sharey=True)
+    place = {"origin": "lower", "extent": [-2, 2, -2, 2]}
+    power = axes[0, 0].imshow(maps[0, 0] / 0.16**2, cmap="magma", norm=LogNorm(1e-3, 1), **place)
+    for (row, column), ax in np.ndenumerate(axes):
+        if row or column:
+            drawn = ax.imshow(maps[row, column] / maps[0, 0], cmap="RdBu_r", vmin=-1, vmax=1, **place)
+        ax.set_title(f"M{row + 1}{column + 1}", fontsize=10)
+    fig.supxlabel("x (mm)")
+    fig.supylabel("y (mm)")
+    fig.colorbar(drawn, ax=axes[1:], label="element relative to M11")
+    fig.colorbar(power, ax=axes[0], label="M11 (1/mm²)", extend="both")
+    return fig
+
+
+FIGURES = {figure.__name__: figure for figure in (bos_pair, shimmering_air, two_points, stars, speckle_pattern, tagged_fluence, frequency_domain_absorbers, mueller_maps)}
 
 
 def save(fig, path):
