@@ -3,8 +3,8 @@
 The reference is a solution of the transport equation by adding–doubling, with amplitudes by Mie's series in the form of Bohren and Huffman (1983). It shares
 nothing with morgana. Its matrices change by less than 1e-6 if the nodes and azimuths grow by half, or if doubling starts from a layer eight times as thick.
 
-Runs with horizontal and with right-handed light give all 16 elements, because turns about the beam change nothing. Equal seeds give equal paths, so that
-their differences are certain. False-alarm rate of the file: below 1e-3 (72 comparisons; |z| of a normal number exceeds 4.5 once in 147 000).
+Runs with horizontal and with right-handed light give all 16 elements, because turns about the beam change nothing. Equal seeds give equal paths, so
+that differences of the runs have little noise. False-alarm rate of the file: below 1e-3 (72 comparisons; |z| of a normal number exceeds 4.5 once in 147 000).
 """
 
 import morgana
