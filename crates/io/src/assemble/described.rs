@@ -1,12 +1,13 @@
 //! Facts about a description that are known before assembly.
 
-use super::fluorescence::FLUOROPHORE;
 use crate::scene::{ObjectDescription, PluginKind, Value};
 
 /// Types of sensors that are meters.
 pub(super) const METERS: [&str; 2] = ["fluencemeter", "irradiancemeter"];
 /// Types of volumes whose index depends on the wavelength.
 pub(super) const DISPERSION_LAWS: [&str; 2] = ["cauchy", "sellmeier"];
+/// Parameter that gives a medium a fluorophore.
+pub(super) const FLUOROPHORE: &str = "fluorophore_sigma_a";
 
 /// Returns true if a sensor is a meter.
 pub(super) fn is_meter(object: &ObjectDescription) -> bool {

@@ -2,6 +2,7 @@
 
 use super::channels::Channels;
 use super::context::Context;
+use super::described::FLUOROPHORE;
 use super::texture_role::Role;
 use crate::cie::SPEED_OF_LIGHT;
 use crate::diagnostic::lints;
@@ -11,8 +12,6 @@ use transport::Spectrum;
 use transport::medium::{Fluorescence, Medium};
 use transport::volume::VolumeTexture;
 
-/// Parameter that gives a medium a fluorophore.
-pub(super) const FLUOROPHORE: &str = "fluorophore_sigma_a";
 /// Parameters that a fluorophore needs.
 const EMISSION: [&str; 2] = ["fluorescence_wavelengths", "quantum_yields"];
 /// Lifetime in seconds above which a number is probably in other units.
