@@ -4,7 +4,7 @@
 //! False alarms: 1e-3 for variances. Choices are between estimators that differ by factors of three
 //! and more.
 
-use crate::common::{self, camera, container, fog, parts, vacuum};
+use crate::common::{self, camera, container, fog, parts, samples, vacuum};
 use eikonal::field::{Constant, Gaussian};
 use glam::{DAffine3, DMat3, DVec3};
 use morgana_transport::bsdf::{Bsdf, Dielectric, Diffuse};
@@ -140,7 +140,8 @@ fn pilots_foretell_variances() {
             replicates,
             ..RenderOptions::new(integrator, samples, seed)
         };
-        let choices: Vec<Choice> = (0..10)
+        let runs = samples(10, 5);
+        let choices: Vec<Choice> = (0..runs)
             .map(|seed| chosen_by(&scene, options(candidates()[0], 1, seed), SHORT))
             .collect();
         for (i, integrator) in candidates().into_iter().enumerate() {
@@ -148,7 +149,7 @@ fn pilots_foretell_variances() {
                 .iter()
                 .map(|c| c.candidates[i].relative_variance)
                 .collect();
-            let measured: Vec<f64> = (100..110)
+            let measured: Vec<f64> = (100..100 + runs)
                 .map(|seed| measured(&scene, options(integrator, 64, seed)))
                 .collect();
             println!(

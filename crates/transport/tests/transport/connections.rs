@@ -89,11 +89,12 @@ fn many_lights_from_both_ends() {
         parts.reflections = 1;
         let exact = exact(&parts);
         let bdpt = Integrator::Bdpt(Bdpt::default());
-        let shots = (0..12).map(|batch| shoot_by(bdpt, parts.clone(), 32, 80 + batch));
+        let each = crate::common::samples(32, 12);
+        let shots = (0..12).map(|batch| shoot_by(bdpt, parts.clone(), each, 80 + batch));
         let batches: Vec<f64> = shots.map(|r| mean(&r).0).collect();
         let m = moments(&batches);
         println!("{} ± {}, exact {exact}", m.mean(), m.standard_error());
-        assert!(m.standard_error() < 0.03 * exact);
+        assert!(m.standard_error() < 0.05 * exact);
         family.push("bdpt", one_sample(&batches, exact, 1e-6));
     }
     family.check().unwrap();
@@ -247,11 +248,12 @@ fn two_points_add_up_in_thick_fog() {
             camera(DVec3::Z * 3.0, DVec3::ZERO),
         )
     };
-    let together = mean(&shoot(scene(vec![point(1.0), point(-1.0)]), 32768, 5));
-    let [a, b] = [1.0, -1.0].map(|side| mean(&shoot(scene(vec![point(side)]), 32768, 6)));
+    let count = crate::common::samples(32768, 12288);
+    let together = mean(&shoot(scene(vec![point(1.0), point(-1.0)]), count, 5));
+    let [a, b] = [1.0, -1.0].map(|side| mean(&shoot(scene(vec![point(side)]), count, 6)));
     println!("{together:?} {a:?} {b:?}");
     let error = (together.1.powi(2) + a.1.powi(2) + b.1.powi(2)).sqrt();
-    assert!((together.0 - a.0 - b.0).abs() < Z * error && error < 0.01 * together.0);
+    assert!((together.0 - a.0 - b.0).abs() < Z * error && error < 0.02 * together.0);
 }
 
 /// Tests many point lights in fog: each edge and each vertex chooses one. The reference sums over

@@ -2,7 +2,7 @@
 //! pattern in each pixel. Statistical tests with fixed seeds; all pixels of all sensors and
 //! estimators share a false-alarm rate of 1e-3.
 
-use crate::common::{parts, path_tracer, shoot_by, vacuum};
+use crate::common::{parts, path_tracer, samples, shoot_by, vacuum};
 use eikonal::field::Constant;
 use glam::{DAffine3, DMat3, DQuat, DVec2, DVec3};
 use morgana_transport::Spectrum;
@@ -159,6 +159,7 @@ fn a_point_becomes_the_pattern_of_the_aperture() {
         Sensor::Telecentric(sensor.unwrap())
     };
     let bdpt = Integrator::Bdpt(Bdpt::default());
+    let few = samples(2_000, 700);
     let mut zs = Vec::new();
     // An upright window of half the width.
     let window = ApertureShape::picture(4, &[0.0, 1.0, 1.0, 0.0].repeat(4)).unwrap();
@@ -170,13 +171,13 @@ fn a_point_becomes_the_pattern_of_the_aperture() {
     ] {
         let lens = || Sensor::ThinLens(lens(0.4, aperture.clone()));
         let telecentric = || telecentric(aperture.clone());
-        for (by, sensor, samples) in [
-            (path_tracer(), lens(), 40_000),
-            (particle(), lens(), 2_000),
-            (particle(), telecentric(), 2_000),
-            (bdpt, telecentric(), 2_000),
+        for (by, sensor, number) in [
+            (path_tracer(), lens(), samples(40_000, 12_000)),
+            (particle(), lens(), few),
+            (particle(), telecentric(), few),
+            (bdpt, telecentric(), few),
         ] {
-            zs.extend(deviations(by, scene(sensor, place), samples, &wanted));
+            zs.extend(deviations(by, scene(sensor, place), number, &wanted));
         }
     }
     max_abs_z(&zs, FAMILY).unwrap();

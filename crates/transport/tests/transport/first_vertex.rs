@@ -4,7 +4,7 @@
 //! False alarms: a family-wise rate of 1e-4 each for means with forced collisions, depths of forced
 //! collisions, and means with splitting.
 
-use crate::common::{camera, container, fog, glass, parts, path_tracer, sky, vacuum};
+use crate::common::{camera, container, fog, glass, parts, path_tracer, samples, sky, vacuum};
 use eikonal::field::{Constant, Gaussian, Placement};
 use glam::{DAffine3, DMat3, DVec3};
 use morgana_transport::bsdf::{Bsdf, Dielectric, Diffuse};
@@ -536,8 +536,15 @@ fn splitting_keeps_means() {
             max_depth,
             ..tracer()
         };
-        let means =
-            |first_vertex| batches(&light(&scene, tracer, first_vertex, (grazing, 2), 50_000));
+        let means = |first_vertex| {
+            batches(&light(
+                &scene,
+                tracer,
+                first_vertex,
+                (grazing, 2),
+                samples(50_000, 20_000),
+            ))
+        };
         let [by_chance, split_off] = [false, true].map(|on| means(splitting(on)));
         let [a, b] = [&by_chance, &split_off].map(|batches| moments(batches));
         println!(

@@ -293,7 +293,11 @@ fn found(setup: Setup, derivatives: &IndexDerivatives) -> Vec<Mean> {
 }
 
 fn compare(setup: Setup) {
-    let samples = if long() { 1 << 16 } else { 1 << 10 };
+    let samples = if long() {
+        1 << 16
+    } else {
+        crate::common::samples(1 << 10, 384)
+    };
     let derivatives = by(setup.scene(), samples);
     let plain = moments(&losses(setup.scene(), samples));
     let mut comparisons = Comparisons::default();

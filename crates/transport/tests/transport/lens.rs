@@ -4,7 +4,9 @@
 //!
 //! False-alarm rate of the statistical comparisons: 1e-3 for the file.
 
-use crate::common::{camera, container, fog, glass, mean, parts, path_tracer, shoot_by, vacuum};
+use crate::common::{
+    camera, container, fog, glass, mean, parts, path_tracer, samples, shoot_by, vacuum,
+};
 
 use crate::common::fan::Fan;
 use crate::common::lens;
@@ -126,7 +128,7 @@ fn rays_are_those_of_the_dense_search() {
     let (fan, y) = (Fan::new(&lens::ball(), lens::DISTANCE), lens::eye());
     let mut rng = Rng::new(8);
     // Draw equally many pairs of each kind.
-    let mut left = [3, 4, 5];
+    let mut left = [3, 4, 5].map(|pairs| samples(pairs, 1));
     while left != [0; 3] {
         let x = in_ball(&mut rng);
         let count = fan.count(x.length(), x.angle_between(y));

@@ -142,6 +142,7 @@ impl Case {
             phase: Phase::henyey_greenstein(g).unwrap(),
             emission: None,
             velocity: None,
+            fluorescence: None,
             labels: None,
         }
     }

@@ -27,9 +27,11 @@ pub struct Effort {
     pub work: u64,
 }
 
-/// Default runs do the work divided by this number. All the work is done where planted errors are
-/// searched.
+/// Default runs have half of the batches, and do the work divided by this number. All the work is
+/// done where planted errors are searched.
 const SHARE: u64 = 3;
+/// Fewest batches of a default run.
+const MIN_BATCHES: u64 = 6;
 
 /// Samples of the render that measures the work per sample.
 const PROBE: u64 = 4;
@@ -43,14 +45,22 @@ impl Effort {
         }
     }
 
+    /// Returns the effort of this run.
+    fn of_run(self) -> Self {
+        let few = (self.batches / 2).max(MIN_BATCHES);
+        Effort {
+            batches: samples(self.batches, few),
+            work: self.work * samples(SHARE, 1) / SHARE,
+        }
+    }
+
     /// Samples per pixel of a batch. They follow from counts, not times, and are therefore equal on
     /// every machine.
     fn samples(&self, integrator: Integrator, parts: &Parts) -> u64 {
         let stats = shoot_by(integrator, parts.clone(), PROBE, u64::MAX).stats;
         let events = stats.edges + stats.connections.attempts + stats.connections.trials;
         let work = (stats.work.evaluations + 20 * events) / PROBE;
-        let all = self.work * samples(SHARE, 1) / SHARE;
-        (all / (self.batches * work.max(1))).clamp(PROBE, 2048)
+        (self.work / (self.batches * work.max(1))).clamp(PROBE, 2048)
     }
 }
 
@@ -79,6 +89,7 @@ pub fn bdpt() -> Integrator {
 }
 
 pub fn render(integrator: Integrator, parts: &Parts, effort: Effort, seed: u64) -> Means {
+    let effort = effort.of_run();
     let samples = effort.samples(integrator, parts);
     let mut means: Means = Default::default();
     for batch in 0..effort.batches {
@@ -163,7 +174,7 @@ pub fn judge(rows: &[Row], pooled: &[Pooled], rate: f64) -> Result<(), String> {
 /// Smallest relative deviation of an image's mean that a family of `comparisons` comparisons finds
 /// with a probability of 95 %.
 pub fn detectable(row: &Row, comparisons: usize, rate: f64, effort: Effort) -> f64 {
-    let freedom = (effort.batches - 1) as f64;
+    let freedom = (effort.of_run().batches - 1) as f64;
     (critical_t(sidak(rate, comparisons), freedom) + critical_t(0.1, freedom)) * row.error
 }
 

@@ -50,7 +50,7 @@ fn samplers_follow_their_densities() {
                 let name = format!("{name}, {outer}/{inner}, cos {cos}");
                 let report = table.test(
                     i as u64,
-                    40_000,
+                    crate::common::samples(40_000, 15_000),
                     Mass::AtMostOne,
                     |r| {
                         bsdf.sample(&s, toward, r.uniform())

@@ -66,6 +66,7 @@ pub fn fog(index: impl Into<Field>, sigma_t: f64, albedo: f64, g: f64) -> Medium
         phase: Phase::henyey_greenstein(g).unwrap(),
         emission: None,
         velocity: None,
+        fluorescence: None,
         labels: None,
     }
 }

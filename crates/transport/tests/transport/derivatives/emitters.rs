@@ -293,7 +293,11 @@ fn derivatives_by_values_of_emitters_are_differences() {
             for integrator in integrators().into_iter().take(1 + 2 * k) {
                 let scene = case.scene(index, THIN, &values);
                 let parameters = [RadiometricParameter::Radiance(0)];
-                let samples = if long() { 1 << 14 } else { 512 };
+                let samples = if long() {
+                    1 << 14
+                } else {
+                    crate::common::samples(512, 256)
+                };
                 let found = try_with(integrator, scene, &parameters, samples, &weights());
                 let found = &found.unwrap()[0];
                 assert_eq!(found.shape, [case.shape, &[2]].concat());

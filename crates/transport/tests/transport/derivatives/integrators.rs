@@ -44,7 +44,11 @@ const ALL: [RadiometricParameter; 9] = [
 
 /// Compares all numbers of all parameters with path tracing, and a few directions with differences.
 fn check(name: &str, integrator: Integrator, setup: &Setup, parameters: &[RadiometricParameter]) {
-    let samples = if long() { 1 << 15 } else { 512 };
+    let samples = if long() {
+        1 << 15
+    } else {
+        crate::common::samples(512, 256)
+    };
     let of =
         |integrator| try_with(integrator, setup.scene(), parameters, samples, &weights()).unwrap();
     let (by_path, own) = (of(PATH), of(integrator));

@@ -46,7 +46,11 @@ fn weights() -> Vec<f64> {
 
 /// Σ weight × image of each batch of samples.
 fn losses(integrator: Integrator, scene: Scene) -> Vec<f64> {
-    let samples = if long() { 1 << 15 } else { 1024 };
+    let samples = if long() {
+        1 << 15
+    } else {
+        crate::common::samples(1024, 384)
+    };
     differences::losses(integrator, scene, samples, &weights())
 }
 
@@ -129,7 +133,11 @@ const OTHERS: [RadiometricParameter; 2] = [
 
 /// Compares all derivatives of a setup with differences.
 fn compare(name: &str, setup: &Setup, parameters: &[RadiometricParameter]) {
-    let samples = if long() { 1 << 15 } else { 1024 };
+    let samples = if long() {
+        1 << 15
+    } else {
+        crate::common::samples(1024, 384)
+    };
     let all = by(setup.scene(), parameters, samples);
     let mut comparisons = Comparisons::default();
     for (parameter, derivative) in parameters.iter().zip(all) {

@@ -177,6 +177,7 @@ impl Setup {
             phase: self.phase(),
             emission: None,
             velocity: None,
+            fluorescence: None,
             labels: labels.filter(|_| self.made_of == MadeOf::Labels),
         }
     }

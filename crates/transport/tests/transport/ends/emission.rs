@@ -1,5 +1,6 @@
 //! Light emitted by points and surfaces, and properties of every emitter.
 
+use crate::common::samples;
 use crate::ends::support::*;
 use glam::DVec3;
 use morgana_transport::connection_end::{ConnectionEnd, OnSurface};
@@ -51,7 +52,7 @@ fn directions(emitter: &Emitter, shapes: &[morgana_transport::shape::Shape], rim
     };
     let pdf = |d: [f64; 3]| pdf_emit(emitter, &end, DVec3::ZERO, d.into());
     table
-        .test(1, 100_000, Mass::Exactly(1.0), draw, pdf)
+        .test(1, samples(100_000, 30_000), Mass::Exactly(1.0), draw, pdf)
         .unwrap()
         .p_value
 }
