@@ -33,6 +33,7 @@ from ._render import render
 from ._result import Result
 from ._scene import export, load_dict, load_field, load_file
 from ._sweep import Sweep, sweep
+from ._tetrahedra import load_tetrahedra
 from ._view import view
 
 __all__ = [
@@ -77,6 +78,7 @@ __all__ = [
     "load_field",
     "load_file",
     "load_mcx",
+    "load_tetrahedra",
     "read",
     "render",
     "sweep",

@@ -138,7 +138,7 @@ impl JdataValue {
         }
     }
 
-    /// Returns the annotated and typed arrays of a tree of objects. Names are paths with `/`; an
+    /// Returns the annotated and typed arrays of a tree of objects, and lists of lists of numbers. Names are paths with `/`; an
     /// array at the root has the name `data`.
     pub fn arrays(&self) -> Vec<(String, &JdataValue)> {
         let mut found = Vec::new();
@@ -146,9 +146,16 @@ impl JdataValue {
         found
     }
 
+    /// Returns true for a list of lists of numbers.
+    fn is_table(&self) -> bool {
+        let is_row = |row: &JdataValue| matches!(row, JdataValue::Numbers(row) if !row.is_empty());
+        matches!(self, JdataValue::List(rows) if !rows.is_empty() && rows.iter().all(is_row))
+    }
+
     fn gather<'a>(&'a self, path: &str, found: &mut Vec<(String, &'a JdataValue)>) {
         if AnnotatedArray::is_one(self)
             || matches!(self, JdataValue::Packed(p) if p.shape.len() > 1)
+            || self.is_table()
         {
             let name = if path.is_empty() { "data" } else { path };
             found.push((name.to_owned(), self));

@@ -11,6 +11,7 @@ pub mod obj;
 pub mod ply;
 pub mod serialized;
 mod tensors;
+pub mod tetrahedra;
 mod wedges;
 
 use std::path::Path;

@@ -99,12 +99,7 @@ impl Parts {
             size: self.size,
             parts: &self.numbers,
         };
-        let surfaces = division.surfaces().into_iter();
-        let placed = surfaces.map(|surface| placed(surface, self.to_world));
-        Ok(Surfaces {
-            grid: None,
-            list: placed.collect::<Result<_, _>>()?,
-        })
+        Surfaces::of_meshes(division.surfaces(), self.to_world)
     }
 
     fn voxel_faces(self) -> Result<Surfaces, SurfacesError> {
@@ -113,6 +108,23 @@ impl Parts {
         Ok(Surfaces {
             grid: Some(grid),
             list: faces.into_iter().map(Surface::from).collect(),
+        })
+    }
+}
+
+impl Surfaces {
+    /// Places meshes in the world.
+    ///
+    /// # Errors
+    /// A place that has no inverse.
+    pub(super) fn of_meshes(
+        meshes: Vec<PartSurface>,
+        to_world: DAffine3,
+    ) -> Result<Self, SurfacesError> {
+        let placed = meshes.into_iter().map(|mesh| placed(mesh, to_world));
+        Ok(Surfaces {
+            grid: None,
+            list: placed.collect::<Result<_, _>>()?,
         })
     }
 }

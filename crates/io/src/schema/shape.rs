@@ -117,6 +117,32 @@ const LABELS: &[Parameter] = &[
     ),
 ];
 
+const TETRAHEDRA: &[Parameter] = &[
+    text(
+        "filename",
+        "JMesh file with the arrays; give filename, or nodes, elements and regions",
+    ),
+    tensor("nodes", "positions of nodes, (n, 3)"),
+    tensor(
+        "elements",
+        "four nodes of each tetrahedron, numbered from 0 or from 1: (m, 4), or (m, 5) with the region",
+    ),
+    tensor(
+        "regions",
+        "region of each tetrahedron, whole numbers ≥ 0: (m,)",
+    ),
+    TO_WORLD,
+    boolean(
+        "refraction",
+        true,
+        "true to refract and reflect light where the index jumps",
+    ),
+    tensor(
+        "properties",
+        "mu_a, mu_s, g, n of regions 0, 1, ...: (regions, 4); instead of media",
+    ),
+];
+
 const LABEL_CHILDREN: &[Slot] = &[
     many(
         Medium,
@@ -236,6 +262,12 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "labels",
         "A volume of labelled voxels with a medium for each label.",
         &[LABELS],
+        LABEL_CHILDREN,
+    ),
+    own_plugin(
+        "tetrahedra",
+        "A mesh of tetrahedra with a medium for each region.",
+        &[TETRAHEDRA],
         LABEL_CHILDREN,
     ),
     plugin(

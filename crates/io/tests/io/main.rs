@@ -77,6 +77,7 @@ mod surfaces;
 mod suspensions;
 mod tagged_films;
 mod tensors;
+mod tetrahedra;
 mod tissues;
 mod transducers;
 mod transducers_in_scenes;

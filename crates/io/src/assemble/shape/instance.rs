@@ -67,9 +67,8 @@ fn add_member(shape: &ObjectDescription, frame: DAffine3, context: &mut Context)
             let message = "a shapegroup must contain shapes, not groups or instances";
             context.error_at(&shape.location, message);
         }
-        "labels" => {
-            let message =
-                "instances cannot copy volumes of labels: put this volume directly into the scene";
+        "labels" | "tetrahedra" => {
+            let message = "instances cannot copy volumes of labels and tetrahedra: put them directly into the scene";
             context.error_at(&shape.location, message);
         }
         "merge" => merge(

@@ -29,7 +29,7 @@ pub(super) fn add(object: &ObjectDescription, context: &mut Context) {
         // Shapes of a group are added with each instance of the group.
         "shapegroup" => {}
         "instance" => instance::add(object, context),
-        "labels" => labels::add(object, context),
+        "labels" | "tetrahedra" => labels::add(object, context),
         "merge" => merge(object, add, context),
         _ => add_at(object, None, context),
     }

@@ -29,10 +29,12 @@ pub(super) struct Group {
 }
 
 impl Groups {
-    /// Groups the labels that voxels have; `None` after an error.
+    /// Groups the labels that cells have; `None` after an error. Unless `joins` is set, each label
+    /// is a group of its own.
     pub(super) fn of(
         counts: &LabelCounts,
         table: Table,
+        joins: bool,
         object: &ObjectDescription,
         context: &mut Context,
     ) -> Option<Self> {
@@ -43,7 +45,7 @@ impl Groups {
             .filter(|label| !counts.contains_key(label));
         let absent: Vec<String> = absent.map(u32::to_string).collect();
         if !absent.is_empty() && !table.is_array {
-            let message = format!("no voxel has label {}", absent.join(", "));
+            let message = format!("no cell has label {}", absent.join(", "));
             context
                 .diagnostics
                 .push(lints::warning(lints::ABSENT_LABELS, message).at(&object.location));
@@ -61,7 +63,7 @@ impl Groups {
             let Some(meaning) = table.meanings.get(&label) else {
                 if label != 0 {
                     let message =
-                        format!("{count} voxels have label {label}, for which there is no medium");
+                        format!("{count} cells have label {label}, for which there is no medium");
                     context.error_at(&object.location, message);
                     right = false;
                 }
@@ -70,7 +72,7 @@ impl Groups {
             };
             match meaning.build(label, shared, object, context) {
                 Some(medium) => {
-                    let place = join(&mut groups, label, medium);
+                    let place = join(&mut groups, label, medium, joins);
                     right &= place.is_some();
                     places.insert(label, place.unwrap_or(Place { part: 0, member: 0 }));
                 }
@@ -78,7 +80,7 @@ impl Groups {
             }
         }
         if right && groups.is_empty() {
-            context.error_at(&object.location, "no voxel has a label with a medium");
+            context.error_at(&object.location, "no cell has a label with a medium");
             right = false;
         } else if groups.len() > MAX_GROUPS || groups.iter().any(|g| g.members.len() > MAX_GROUPS) {
             let message =
@@ -97,9 +99,10 @@ impl Groups {
     }
 }
 
-/// Adds a label to the group of its index; `None` if there are too many groups or members.
-fn join(groups: &mut Vec<Group>, label: u32, medium: LabelMedium) -> Option<Place> {
-    let alike = |g: &Group| g.members[0].1.index == medium.index;
+/// Adds a label to the group of its index, or to a group of its own unless `joins` is set; `None` if
+/// there are too many groups or members.
+fn join(groups: &mut Vec<Group>, label: u32, medium: LabelMedium, joins: bool) -> Option<Place> {
+    let alike = |g: &Group| joins && g.members[0].1.index == medium.index;
     let group = groups.iter().position(alike).unwrap_or(groups.len());
     if group == groups.len() {
         groups.push(Group {

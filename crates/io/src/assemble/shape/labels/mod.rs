@@ -1,16 +1,18 @@
-//! Volumes of labels. Each label belongs to a medium.
+//! Volumes of labels: voxels or tetrahedra. Each label belongs to a medium.
 
+mod cells;
 mod groups;
 mod table;
+mod tetrahedra;
 mod voxels;
 
 use super::super::context::{Context, Divided, MeterPlace};
 use super::super::division::{Division, LabelCounts, Places};
 use super::super::medium;
 use super::super::side_request::SideRequest;
-use super::super::volume_source::SOURCE;
 use crate::query::Query;
 use crate::scene::{ObjectDescription, PluginKind};
+use cells::Cells;
 use groups::Groups;
 use std::sync::Arc;
 use table::Table;
@@ -19,7 +21,6 @@ use transport::bsdf::{Bsdf, Dielectric};
 use transport::meter::MeterSurface;
 use transport::scene::MediumId;
 use transport::volume::VoxelMedia;
-use voxels::Voxels;
 
 /// Requested division of a volume of labels.
 struct Wanted {
@@ -32,10 +33,7 @@ pub(super) fn add(object: &ObjectDescription, context: &mut Context) {
     let mut read = None;
     let counts = counts(object, &mut read, context);
     let mut q = Query::new(object, context.diagnostics);
-    for known in SOURCE {
-        q.has(known);
-    }
-    let smooth = q.word("surface") == "smooth";
+    let options = cells::Options::of(&mut q);
     let refraction = q.boolean("refraction");
     let exterior = q.role(PluginKind::Medium, "exterior").cloned();
     let table = Table::of(object, &mut q);
@@ -52,10 +50,10 @@ pub(super) fn add(object: &ObjectDescription, context: &mut Context) {
         refraction,
         exterior: exterior.map(|m| medium::medium(&m, context)),
     };
-    let Some(groups) = Groups::of(&counts, table, object, context) else {
+    let Some(groups) = Groups::of(&counts, table, options.joins_labels(), object, context) else {
         return;
     };
-    let Some(division) = division(object, &groups.places, smooth, read, context) else {
+    let Some(division) = division(object, &groups.places, options, read, context) else {
         return;
     };
     let outer = add_parts(object, &groups, &division, &wanted, context);
@@ -69,37 +67,37 @@ pub(super) fn add(object: &ObjectDescription, context: &mut Context) {
 }
 
 /// Returns the labels of a volume with their counts; `None` if the volume cannot be read
-/// (reported). Stores the voxels in `read` if it reads them.
+/// (reported). Stores the cells in `read` if it reads them.
 fn counts(
     object: &ObjectDescription,
-    read: &mut Option<Voxels>,
+    read: &mut Option<Cells>,
     context: &mut Context,
 ) -> Option<Arc<LabelCounts>> {
     if let Some(known) = context.assets.label_counts.get(&object.number) {
         return Some(known.clone());
     }
-    let voxels = Voxels::read(object, context)?;
-    let counts = Arc::new(voxels.counts());
-    *read = Some(voxels);
+    let cells = Cells::read(object, context)?;
+    let counts = Arc::new(cells.counts());
+    *read = Some(cells);
     let known = &mut context.assets.label_counts;
     known.insert(object.number, counts.clone());
     Some(counts)
 }
 
-/// Returns the volume divided into parts. `read` holds its voxels if they were just read.
+/// Returns the volume divided into parts. `read` holds its cells if they were just read.
 fn division(
     object: &ObjectDescription,
     places: &Places,
-    smooth: bool,
-    read: Option<Voxels>,
+    options: cells::Options,
+    read: Option<Cells>,
     context: &mut Context,
 ) -> Option<Arc<Division>> {
     let key = (object.number, places.clone());
     if let Some(known) = context.assets.divisions.get(&key) {
         return Some(known.clone());
     }
-    let voxels = read.or_else(|| Voxels::read(object, context))?;
-    let division = context.accept(&object.location, voxels.divide(places, smooth))?;
+    let cells = read.or_else(|| Cells::read(object, context))?;
+    let division = context.accept(&object.location, cells.divide(places, options))?;
     let division = Arc::new(division);
     let assets = &mut context.assets;
     assets.held.push(division.surfaces.clone());

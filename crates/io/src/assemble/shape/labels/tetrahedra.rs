@@ -1,0 +1,190 @@
+//! Tetrahedra with regions, from a file or from arrays.
+
+use super::super::super::context::Context;
+use super::super::super::division::{Division, LabelCounts, Places, Surfaces, SurfacesError};
+use super::super::super::transforms::affine;
+use crate::error::{FileError, Problem};
+use crate::input::{self, Budget, Limits};
+use crate::jdata::{AnnotatedArray, JdataValue};
+use crate::mesh::tetrahedra::Tetrahedra;
+use crate::query::Query;
+use crate::scene::{ObjectDescription, Tensor};
+use glam::{DAffine3, DVec3};
+use std::path::Path;
+use std::sync::Arc;
+
+/// Parameters that [`PlacedTetrahedra::read`] uses.
+pub(super) const SOURCE: [&str; 5] = ["filename", "nodes", "elements", "regions", "to_world"];
+/// Names of the arrays of nodes and of elements in files of JMesh, and of MMC.
+const NAMES: [&[&str]; 2] = [
+    &["MeshNode", "MeshVertex3", "node"],
+    &["MeshElem", "MeshTet4", "elem"],
+];
+/// Largest number of a region.
+const MAX_REGION: f64 = 16_777_215.0;
+
+/// Tetrahedra with their position in the world.
+pub(super) struct PlacedTetrahedra {
+    mesh: Tetrahedra,
+    to_world: DAffine3,
+}
+
+/// Arrays of nodes, elements and, possibly, regions.
+struct Source {
+    nodes: Arc<Tensor>,
+    elements: Arc<Tensor>,
+    regions: Option<Arc<Tensor>>,
+}
+
+impl PlacedTetrahedra {
+    /// Reads the tetrahedra of a shape; `None` after an error.
+    pub(super) fn read(object: &ObjectDescription, context: &mut Context) -> Option<Self> {
+        let source = Source::of(object, context)?;
+        let mut q = Query::new(object, context.diagnostics);
+        let to_world = q.transform("to_world");
+        let to_world = affine(to_world, "to_world", &mut q);
+        let mesh = source.mesh();
+        let mesh = context.accept(&object.location, mesh)?;
+        Some(PlacedTetrahedra { mesh, to_world })
+    }
+
+    /// Counts the tetrahedra of each region.
+    pub(super) fn counts(&self) -> LabelCounts {
+        self.mesh.counts()
+    }
+
+    /// Divides the mesh into parts by the places of its regions.
+    ///
+    /// # Errors
+    /// A place that has no inverse.
+    pub(super) fn divide(self, places: &Places) -> Result<Division, SurfacesError> {
+        let meshes = self.mesh.surfaces(|region| places[&region].part);
+        let parts = places.values().map(|place| usize::from(place.part));
+        Ok(Division {
+            surfaces: Arc::new(Surfaces::of_meshes(meshes, self.to_world)?),
+            members: vec![None; parts.max().unwrap_or(0)],
+        })
+    }
+}
+
+impl Source {
+    /// Reads the arrays, or the file that holds them; `None` after an error.
+    fn of(object: &ObjectDescription, context: &mut Context) -> Option<Self> {
+        let mut q = Query::new(object, context.diagnostics);
+        let of_scene = ["nodes", "elements", "regions"].map(|name| (name, q.has(name)));
+        if !q.has("filename") {
+            return Some(Source {
+                nodes: q.required_tensor("nodes")?,
+                elements: q.required_tensor("elements")?,
+                regions: q.has("regions").then(|| q.tensor("regions")).flatten(),
+            });
+        }
+        if let Some((name, _)) = of_scene.iter().find(|(_, is_given)| *is_given) {
+            q.error(name, "give filename or arrays, not both");
+            return None;
+        }
+        let path = q.path("filename", context.files);
+        let limits = context.files.limits();
+        let read = Source::read(&path, limits);
+        context.accept(&object.location, read)
+    }
+
+    /// Reads the arrays of a JMesh file.
+    fn read(path: &Path, limits: Limits) -> Result<Self, FileError> {
+        let bytes = input::read(path)?;
+        let mut budget = Budget::new(limits, bytes.len() as u64);
+        let root = JdataValue::parse(&bytes).map_err(|problem| problem.at(path))?;
+        let arrays = root.arrays();
+        let mut named = |names: &[&str]| -> Result<Arc<Tensor>, Problem> {
+            let is_wanted = |name: &str| {
+                // JData may annotate names, as in "MeshElem(iso2mesh)".
+                let name = name.rsplit('/').next().unwrap_or_default();
+                names.contains(&name.split('(').next().unwrap_or_default())
+            };
+            let Some((_, value)) = arrays.iter().find(|(name, _)| is_wanted(name)) else {
+                let all: Vec<&str> = arrays.iter().map(|(name, _)| name.as_str()).collect();
+                let message = format!(
+                    "a mesh needs an array {}, but the file has: {}",
+                    names.join(" or "),
+                    all.join(", ")
+                );
+                return Err(Problem::Malformed(message));
+            };
+            let array = AnnotatedArray::of(value)?;
+            budget.take(array.count() as u64, size_of::<f64>() as u64)?;
+            array.tensor().map(Arc::new)
+        };
+        let found = NAMES.map(&mut named);
+        let [nodes, elements] = found.map(|array| array.map_err(|problem| problem.at(path)));
+        Ok(Source {
+            nodes: nodes?,
+            elements: elements?,
+            regions: None,
+        })
+    }
+
+    /// Makes the tetrahedra.
+    fn mesh(&self) -> Result<Tetrahedra, String> {
+        let of = |name: &str, problem: String| format!("{name}: {problem}");
+        let nodes = self.nodes.rows::<3>();
+        let nodes = nodes.map_err(|e| of("nodes", e.to_string()))?;
+        let nodes: Vec<DVec3> = nodes.into_iter().map(DVec3::from_array).collect();
+        let elements = &self.elements;
+        let [count, columns @ (4 | 5)] = *elements.shape() else {
+            let message = format!(
+                "expected four nodes for each tetrahedron, and possibly its region, but the array has the shape {:?}",
+                elements.shape()
+            );
+            return Err(of("elements", message));
+        };
+        let at = |row: usize, column: usize| elements.get(row * columns + column);
+        // Find out whether nodes are numbered from 0 or from 1.
+        let corners = (0..count).flat_map(|row| (0..4).map(move |column| at(row, column)));
+        let [least, most] = corners.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| {
+            [a.min(v), b.max(v)]
+        });
+        let first = match (least, most) {
+            (0.0, _) => 0.0,
+            (1.0, most) if most == nodes.len() as f64 => 1.0,
+            _ => {
+                let message = format!(
+                    "nodes must be numbered from 0 to {}, or from 1 to {}, but they are from {least} to {most}: leave \
+                     out nodes without elements",
+                    nodes.len() - nodes.len().min(1),
+                    nodes.len()
+                );
+                return Err(of("elements", message));
+            }
+        };
+        let whole = |name: &str, value: f64, most: f64| {
+            let is_whole = value.fract() == 0.0 && (0.0..=most).contains(&value);
+            let message = || {
+                of(
+                    name,
+                    format!("expected whole numbers from 0 to {most}, but got {value}"),
+                )
+            };
+            is_whole.then_some(value as u32).ok_or_else(message)
+        };
+        let node = |row: usize, column: usize| {
+            whole("elements", at(row, column) - first, f64::from(u32::MAX))
+        };
+        let corners = |row: usize| -> Result<[u32; 4], String> {
+            Ok([node(row, 0)?, node(row, 1)?, node(row, 2)?, node(row, 3)?])
+        };
+        let region = |row: usize| match &self.regions {
+            Some(regions) => whole("regions", regions.get(row), MAX_REGION),
+            None if columns == 5 => whole("elements", at(row, 4), MAX_REGION),
+            None => Ok(1),
+        };
+        if let Some(regions) = &self.regions
+            && regions.len() != count
+        {
+            let message = format!("there are {} for {count} elements", regions.len());
+            return Err(of("regions", message));
+        }
+        let elements = (0..count).map(corners).collect::<Result<Vec<_>, _>>()?;
+        let regions = (0..count).map(region).collect::<Result<Vec<_>, _>>()?;
+        Tetrahedra::new(nodes, elements, regions).map_err(|e| e.to_string())
+    }
+}
