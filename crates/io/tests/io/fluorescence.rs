@@ -143,10 +143,13 @@ fn an_infinite_medium_fluoresces_as_in_closed_form() {
         all.push(balance.residual.mean / balance.residual.error);
         let volume = 4.0 / 3.0 * std::f64::consts::PI * RADIUS.powi(3);
         let absorbed = reading(&found, "absorbed");
-        let gates = [channel(absorbed, 0, 2), channel(absorbed, 1, 2)];
-        for gate in 0..9 {
+        let gates = channel(absorbed, 0, 2)
+            .into_iter()
+            .zip(channel(absorbed, 1, 2));
+        for (gate, [(first, first_error), (second, error)]) in
+            gates.map(|(a, b)| [a, b]).enumerate()
+        {
             let ends = [2.0 * gate as f64, 2.0 * gate as f64 + 2.0];
-            let [(first, first_error), (second, error)] = [gates[0][gate], gates[1][gate]];
             let exact = power * (before(ends[1]) - before(ends[0]));
             // The index varies along curved rays by 1e-4 of a unit: less than the errors.
             if !is_curved && gate < 5 {

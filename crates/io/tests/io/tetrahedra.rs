@@ -42,15 +42,13 @@ fn run(scene: &Value, seed: u64) -> Measurement {
 fn divided() -> [Value; 3] {
     let (mut elements, mut regions) = (Vec::new(), Vec::new());
     let node = |x: usize, y: usize, z: usize| x + 4 * (y + 4 * z);
-    for z in 0..3 {
-        for y in 0..3 {
-            for x in 0..3 {
+    for (z, plane) in LABELS.iter().enumerate() {
+        for (y, row) in plane.iter().enumerate() {
+            for (x, label) in row.iter().enumerate().filter(|(_, label)| **label > 0) {
                 let corner = |i: usize| node(x + (i & 1), y + (i >> 1 & 1), z + (i >> 2));
                 for [a, b] in [[1, 3], [3, 2], [2, 6], [6, 4], [4, 5], [5, 1]] {
-                    if LABELS[z][y][x] > 0 {
-                        elements.push([0, a, b, 7].map(corner));
-                        regions.push(LABELS[z][y][x]);
-                    }
+                    elements.push([0, a, b, 7].map(corner));
+                    regions.push(*label);
                 }
             }
         }

@@ -159,7 +159,7 @@ fn a_point_becomes_the_pattern_of_the_aperture() {
         Sensor::Telecentric(sensor.unwrap())
     };
     let bdpt = Integrator::Bdpt(Bdpt::default());
-    let few = samples(2_000, 700);
+    let few = samples(2_000, 1_000);
     let mut zs = Vec::new();
     // An upright window of half the width.
     let window = ApertureShape::picture(4, &[0.0, 1.0, 1.0, 0.0].repeat(4)).unwrap();
@@ -172,7 +172,7 @@ fn a_point_becomes_the_pattern_of_the_aperture() {
         let lens = || Sensor::ThinLens(lens(0.4, aperture.clone()));
         let telecentric = || telecentric(aperture.clone());
         for (by, sensor, number) in [
-            (path_tracer(), lens(), samples(40_000, 12_000)),
+            (path_tracer(), lens(), samples(40_000, 20_000)),
             (particle(), lens(), few),
             (particle(), telecentric(), few),
             (bdpt, telecentric(), few),
