@@ -93,6 +93,7 @@ _MODULES: Dict[str, Optional[str]] = {
     "distributed": None,
     "flow": None,
     "grad": None,
+    "lens": None,
     "plot": "matplotlib",
     "reconstruct": None,
     "schlieren": None,
@@ -107,6 +108,7 @@ if TYPE_CHECKING:
     from . import distributed as distributed
     from . import flow as flow
     from . import grad as grad
+    from . import lens as lens
     from . import plot as plot
     from . import reconstruct as reconstruct
     from . import schlieren as schlieren

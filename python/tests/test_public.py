@@ -16,6 +16,7 @@ import morgana.correlation
 import morgana.distributed
 import morgana.flow
 import morgana.grad
+import morgana.lens
 import morgana.reconstruct
 import morgana.schlieren
 import morgana.speckle
@@ -31,6 +32,7 @@ MODULES = [
     morgana.distributed,
     morgana.flow,
     morgana.grad,
+    morgana.lens,
     morgana.reconstruct,
     morgana.schlieren,
     morgana.speckle,
@@ -178,6 +180,7 @@ def samples():
     iteration = morgana.reconstruct.Iteration((4, 4, 4), 1, 2.0, 1)
     camera = morgana.grad.Camera.look_at((0, 0, -5), (0, 0, 0), fov=20, size=(4, 3))
     wall = morgana.grad.Plane((0, 0, 3), (0, 0, 1))
+    singlet = morgana.lens.Prescription([morgana.lens.Surface(50.0, 5.0, "F2"), morgana.lens.Surface(thickness=70.0)], entrance_pupil=8.0)
     unit_box = ((-1, -1, -1), (1, 1, 1))
     return [
         bundle,
@@ -196,6 +199,11 @@ def samples():
         camera,
         morgana.grad.BosData.of_camera(camera, np.zeros((3, 4, 2)), background=wall, noise=0.1, box=unit_box),
         morgana.grad.GradError("no box"),
+        singlet,
+        singlet.surfaces[0],
+        morgana.lens.glass("F2"),
+        morgana.lens.paraxial(singlet),
+        morgana.lens.trace(singlet, count=1),
         iteration,
         morgana.reconstruct.Reconstruction(np.ones((4, 4, 4)), 2.0, "slow", [iteration], 0),
         morgana.reconstruct.residuals(bundle, np.full((4, 4, 4), 1.2), optical_lengths=[1.0], optical_length_noise=0.1),
