@@ -216,7 +216,11 @@ def paraxial(prescription: Prescription, wavelength: Optional[float] = None) -> 
     --------
     >>> morgana.lens.paraxial(singlet).focal_length
     """
-    at = optics(prescription, wavelength)
+    return data_of(prescription, optics(prescription, wavelength))
+
+
+def data_of(prescription: Prescription, at: Optics) -> Paraxial:
+    """Returns paraxial data from ray matrices."""
     (a, b), (c, d) = at.to_end
     length = float(prescription.vertices[-2])
     stop_a, stop_b = at.to_stop[0]

@@ -1,4 +1,5 @@
-"""Lenses from tables of surfaces: rays by field and pupil, and paraxial data.
+"""Lenses from tables of surfaces: rays by field and pupil, paraxial data, wavefronts and
+modulation.
 
     >>> import morgana
     >>> front = morgana.lens.Surface(radius=50.0, thickness=5.0, material="N-BK7", stop=True)
@@ -16,17 +17,26 @@ from __future__ import annotations
 from ._glass import Glass, glass
 from ._prescription import Prescription, Surface
 from ._pupil import Bundle, Paraxial, paraxial, pupil_points, trace
+from ._wavefront import Mtf, Psf, Wavefront, mtf, noll, psf, wavefront, zernike
 from ._zmx import read_zmx
 
 __all__ = [
     "Bundle",
     "Glass",
+    "Mtf",
     "Paraxial",
     "Prescription",
+    "Psf",
     "Surface",
+    "Wavefront",
     "glass",
+    "mtf",
+    "noll",
     "paraxial",
+    "psf",
     "pupil_points",
     "read_zmx",
     "trace",
+    "wavefront",
+    "zernike",
 ]
