@@ -20,6 +20,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import morgana
+import morgana.plot
 import morgana.schlieren
 import morgana.speckle
 import numpy as np
@@ -44,6 +45,16 @@ def program(page):
     for block in re.findall(r"^```python\n(.*?)^```", (ROOT / page).read_text(), re.DOTALL | re.MULTILINE):
         exec(compile(block, page, "exec"), found)
     return found
+
+
+def program_until(page, name):
+    """Runs the block of a page that assigns a name. Returns the namespace of this block."""
+    for block in re.findall(r"^```python\n(.*?)^```", (ROOT / page).read_text(), re.DOTALL | re.MULTILINE):
+        if re.search(rf"^{name} = ", block, re.MULTILINE):
+            found = {"morgana": morgana, "np": np}
+            exec(compile(block, page, "exec"), found)
+            return found
+    sys.exit(f"{page} has no block that assigns {name}")
 
 
 def bos_pair():
@@ -224,7 +235,26 @@ def mueller_maps():
     return fig
 
 
-FIGURES = {figure.__name__: figure for figure in (bos_pair, shimmering_air, two_points, stars, speckle_pattern, tagged_fluence, frequency_domain_absorbers, mueller_maps)}
+def cooke_triplet():
+    """Layout, ray fans, spots and modulation of a lens (docs/guides/grin-design.md)."""
+    triplet = program_until("docs/guides/grin-design.md", "triplet")["triplet"]
+    fig, axes = plt.subplots(2, 3, figsize=(9.6, 5.8), layout="constrained")
+    morgana.plot.lens(triplet, ax=axes[0, 0])
+    for fans, spots, field in zip(axes[0, 1:], axes[1], triplet.fields[1:]):
+        lines = morgana.plot.fan(triplet, field, ax=fans)
+        fans.set_title(f"ray fan, {field:g}°")
+        for line, wavelength, marker in zip(lines, triplet.wavelengths, "x.+"):
+            spot = morgana.lens.trace(triplet, field, wavelength, count=8)
+            spots.plot(*(1e3 * spot.points.T), marker, markersize=3, color=line.get_color())
+        spots.set(title=f"spot, {field:g}°", xlabel="x (µm)", ylabel="y (µm)")
+        spots.set_aspect("equal", adjustable="datalim")
+    axes[0, 1].legend(loc="upper left")
+    morgana.plot.modulation(triplet, frequencies=np.linspace(0, 100, 51), ax=axes[1, 2])
+    axes[1, 2].legend()
+    return fig
+
+
+FIGURES = {figure.__name__: figure for figure in (bos_pair, shimmering_air, two_points, stars, speckle_pattern, tagged_fluence, frequency_domain_absorbers, mueller_maps, cooke_triplet)}
 
 
 def save(fig, path):

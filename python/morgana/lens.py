@@ -15,6 +15,7 @@ derivatives by all its parameters. See docs/guides/grin-design.md.
 from __future__ import annotations
 
 from ._glass import Glass, glass
+from ._image_errors import distortion, focus_shift
 from ._prescription import Prescription, Surface
 from ._pupil import Bundle, Paraxial, paraxial, pupil_points, trace
 from ._wavefront import Mtf, Psf, Wavefront, mtf, noll, psf, wavefront, zernike
@@ -29,6 +30,8 @@ __all__ = [
     "Psf",
     "Surface",
     "Wavefront",
+    "distortion",
+    "focus_shift",
     "glass",
     "mtf",
     "noll",

@@ -186,12 +186,34 @@ def test_point_spread_has_the_centroid_of_the_rays():
     assert abs((mass.sum(0) * found.coordinates).sum()) < 1e-4
 
 
+def test_distortion_of_a_lens_with_a_distant_stop():
+    """A plane surface of glass at distance t behind the stop moves the chief ray by Snell's law."""
+    distance, depth, n, angle = 10.0, 8.0, 1.5, 25.0
+    slab = Prescription([Surface(thickness=distance, stop=True), Surface(thickness=depth, material=n)], entrance_pupil=1.0)
+    inside = math.tan(math.asin(math.sin(math.radians(angle)) / n))
+    height = distance * math.tan(math.radians(angle)) + depth * inside
+    ideal = (distance + depth / n) * math.tan(math.radians(angle))
+    assert lens.distortion(slab, angle) == pytest.approx(height / ideal - 1, rel=1e-8)
+    assert lens.distortion(slab, (3.0, 4.0)) < 0
+
+
+def test_chromatic_shift_of_a_surface():
+    """The focus of a surface of radius R lies at nR/(n − 1), in the glass."""
+    glass, radius = lens.glass("N-SF6"), 30.0
+    single = Prescription([Surface(radius, 66.0, glass)], entrance_pupil=1.0, wavelengths=[486.1, 587.6, 656.3], primary=1)
+    n = glass.n(single.wavelengths)
+    focus = n * radius / (n - 1)
+    np.testing.assert_allclose(lens.focus_shift(single), focus - focus[1], atol=1e-8)
+    assert lens.focus_shift(single)[2] > 0.2
+
+
 @pytest.mark.parametrize(
     ("call", "message"),
     [
         (lambda: lens.wavefront(ellipsoid(), count=1).zernikes(11), "7 rays have an end, too few for 11"),
         (lambda: lens.mtf(ellipsoid(), frequencies=[-1.0]), "finite numbers ≥ 0"),
         (lambda: lens.psf(ellipsoid(), count=4), "count is 4 but must be at least 8"),
+        (lambda: lens.distortion(triplet(), 0.0), "on the axis has no distortion"),
         (lambda: lens.zernike(0, [0, 0]), "j is 0 but must be at least 1"),
         (lambda: lens.wavefront(ellipsoid()._replace(surfaces=[Surface(20.0, 5.0, {"type": "linear", "n0": 1.5, "slope": [0, 0, 0.01]})])), "image space is a field"),
     ],

@@ -303,3 +303,39 @@ def test_without_matplotlib_the_message_says_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     with pytest.raises(ImportError, match=r'pip install "\.\[plot\]" in a clone'):
         importlib.import_module("morgana.plot")
+
+
+def test_a_lens_has_its_rays_and_aberrations(ax):
+    from test_lens import triplet
+
+    of = triplet(fields=[0.0, 14.0])
+    lines = plot.lens(of, count=3, ax=ax).get_segments()
+    assert len(lines) == 6 and ax.get_xlabel() == "z (mm)" and len(ax.patches) == 3
+    for line, ray in zip(lines[3:], morgana.lens.trace(of, 14.0, pupil="y", count=3).ends.positions):
+        np.testing.assert_allclose(line[-1], ray[[2, 1]])
+        # The fourth surface is the stop; points lie on its sphere.
+        assert np.hypot(line[4, 0] - of.vertices[3] - 20.29192, line[4, 1]) == pytest.approx(20.29192, abs=1e-6)
+    for waves in (False, True):
+        drawn = plot.fan(of, 14.0, waves=waves, count=5, ax=ax)
+        assert [line.get_label() for line in drawn] == ["486 nm", "588 nm", "656 nm"]
+        found = morgana.lens.wavefront(of, 14.0, pupil="y", count=5)
+        expected = found.waves if waves else found.bundle.points[:, 1]
+        np.testing.assert_allclose(drawn[1].get_ydata(), expected, atol=1e-9)
+    tangential, sagittal = plot.modulation(of, [14.0], frequencies=[0.0, 20.0], ax=ax)
+    found = morgana.lens.mtf(of, 14.0, frequencies=[0.0, 20.0])
+    np.testing.assert_array_equal(tangential.get_ydata(), found.y)
+    np.testing.assert_array_equal(sagittal.get_ydata(), found.x)
+    assert tangential.get_label() == "14°, y"
+    with pytest.raises(plot.PlotError, match="axis is 'z'"):
+        plot.fan(of, axis="z")
+
+
+def test_rays_are_drawn_curved_in_graded_media(ax):
+    """Rays parallel to the axis of a SELFOC rod are cosines up to their spherical aberration."""
+    selfoc = {"type": "selfoc", "n0": 1.6, "alpha": 0.3, "direction": [0, 0, 1]}
+    surfaces = [morgana.lens.Surface(thickness=4.0, material=selfoc), morgana.lens.Surface(thickness=0.5)]
+    rod = morgana.lens.Prescription(surfaces, entrance_pupil=0.2)
+    line = plot.lens(rod, count=3, ax=ax).get_segments()[2]
+    inside = line[(line[:, 0] > 0) & (line[:, 0] < 4)]
+    assert len(inside) > 20
+    np.testing.assert_allclose(inside[:, 1], 0.1 * np.cos(0.3 * inside[:, 0]), atol=1e-4)

@@ -20,8 +20,9 @@ except ImportError as missing:
     raise ImportError(f"morgana.plot needs Matplotlib: {_advice('plot')}") from missing
 
 from ._curves import histogram, profile
+from ._lens import fan, lens, modulation
 from ._maps import field, image, slice
 from ._rays import rays, spots
 from ._table import PlotError, Source
 
-__all__ = ["PlotError", "Source", "field", "histogram", "image", "profile", "rays", "slice", "spots"]
+__all__ = ["PlotError", "Source", "fan", "field", "histogram", "image", "lens", "modulation", "profile", "rays", "slice", "spots"]
