@@ -60,6 +60,8 @@ class Layout(NamedTuple):
     rows: Tuple[Optional[int], ...]
     """Number in ``system.surfaces`` of each row of the prescription; ``None`` for rows between equal
     media, which do not refract."""
+    owners: Tuple[int, ...]
+    """Row of each surface in ``system.surfaces``, which may be the rim of the row."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -244,6 +246,7 @@ def layout(prescription: Prescription, wavelength: Optional[float] = None, count
         raise GradError("object_medium is a field but must be homogeneous: put the field behind a plane surface")
     elements: List[SystemSurface] = []
     rows: List[Optional[int]] = []
+    owners: List[int] = []
     for i, (surface, z) in enumerate(zip(prescription.surfaces[:count], prescription.vertices)):
         curvature = 0.0 if math.isinf(surface.radius) else 1 / surface.radius
         medium = _medium(surface.material, at, float(z), f"the material of surfaces[{i}]")
@@ -263,7 +266,8 @@ def layout(prescription: Prescription, wavelength: Optional[float] = None, count
             elements.append(Conic((0.0, 0.0, float(z)), AXIS, curvature, float(surface.conic)))
             media.append(medium)
         elements.extend(opening if depth > 0 else [])
-    return Layout(System(media, elements), tuple(rows))
+        owners.extend([i] * (len(elements) - len(owners)))
+    return Layout(System(media, elements), tuple(rows), tuple(owners))
 
 
 def sag(surface: Surface, height: float) -> float:

@@ -98,6 +98,9 @@ class Bundle(NamedTuple):
     optical_lengths: Doubles
     """Optical lengths from the object, or from a common wavefront of an object at infinity, (rays,),
     minus the optical length of the chief ray, in scene units."""
+    weights: Doubles
+    """Areas of the stop that the rays represent, (rays,), in any unit. Rays on the rim of a hexapolar
+    sampling represent half the area of rays inside; other samplings have equal weights."""
     not_aimed: int
     """Number of rays for which no start was found that passes the stop at the aim."""
     wavelength: float
@@ -110,13 +113,15 @@ class Bundle(NamedTuple):
 
     @property
     def centroid(self) -> Doubles:
-        """Mean of ``points``, (2,), in scene units; NaN without rays that arrive."""
-        return np.asarray(self.points[self._arrived].mean(0) if self._arrived.any() else np.full(2, np.nan))
+        """Mean of ``points`` by ``weights``, (2,), in scene units; NaN without rays that arrive."""
+        arrived = self._arrived
+        return np.average(self.points[arrived], axis=0, weights=self.weights[arrived]) if arrived.any() else np.full(2, np.nan)
 
     @property
     def rms_radius(self) -> float:
-        """Root mean square distance of ``points`` from ``centroid``, in scene units."""
-        return float(np.sqrt(np.mean(self._distances**2))) if self._arrived.any() else math.nan
+        """Root mean square distance of ``points`` from ``centroid`` by ``weights``, in scene
+        units."""
+        return weighted_rms(self.points[self._arrived], self.weights[self._arrived])
 
     @property
     def geometric_radius(self) -> float:
@@ -143,13 +148,33 @@ class Bundle(NamedTuple):
         return f"<morgana.lens.Bundle: {counts}, {self.wavelength:g} nm, RMS radius {self.rms_radius:.6g}>"
 
 
+def weighted_rms(points: Doubles, weights: Doubles) -> float:
+    """Returns the root mean square distance of points, (points, 2), from their mean; NaN without
+    points."""
+    if not len(points):
+        return math.nan
+    middle = np.average(points, axis=0, weights=weights)
+    return float(np.sqrt(np.average(np.sum((points - middle) ** 2, axis=1), weights=weights)))
+
+
+def pupil_weights(sampling: Any, count: int, size: int) -> Doubles:
+    """Returns relative areas of the stop that points represent, (size,)."""
+    weights = np.ones(size)
+    if isinstance(sampling, str) and sampling == "hexapolar":
+        # Trapezoids along the radius: of 2π/6 ring spacings squared, the centre has π/4, and the rim half.
+        weights[0] = 0.75
+        weights[-6 * count :] = 0.5
+    return weights
+
+
 def pupil_points(sampling: str, count: int, *, seed: int = 0) -> Doubles:
     """Points in the unit disc.
 
     Parameters
     ----------
     sampling : str
-        ``"hexapolar"``: the centre, and ``count`` rings with 6, 12, 18, … points. ``"grid"``: the
+        ``"hexapolar"``: the centre, and ``count`` rings with 6, 12, 18, … points. The last ring is
+        the rim. ``"grid"``: the
         centres of ``count`` × ``count`` squares that lie in the disc. ``"x"`` or ``"y"``: ``count``
         points of a diameter with both ends. ``"random"``: ``count`` uniformly random points.
     count : int
@@ -319,7 +344,7 @@ def trace(
         # Starts lie in a plane; add the path from the wavefront through the start of the chief ray.
         along = directions[0] / np.linalg.norm(directions[0])
         lengths = lengths + lens.n_object * (origins[1:] - origins[0]) @ along
-    return Bundle(points, origins[1:], directions[1:], rest, chief, lengths, int(lost.sum()), at)
+    return Bundle(points, origins[1:], directions[1:], rest, chief, lengths, pupil_weights(pupil, count, len(points)), int(lost.sum()), at)
 
 
 def optics(prescription: Prescription, wavelength: Optional[float] = None) -> Optics:

@@ -58,9 +58,13 @@ class Wavefront(NamedTuple):
 
     @property
     def rms(self) -> float:
-        """Standard deviation of ``waves`` over the rays, in wavelengths. It contains tilt and
-        defocus against the reference sphere."""
-        return float(np.nanstd(self.waves))
+        """Standard deviation of ``waves`` over the stop, in wavelengths. It contains tilt and defocus
+        against the reference sphere."""
+        known = np.isfinite(self.waves)
+        if not known.any():
+            return math.nan
+        waves, weights = self.waves[known], self.bundle.weights[known]
+        return float(np.sqrt(np.average((waves - np.average(waves, weights=weights)) ** 2, weights=weights)))
 
     @property
     def peak_to_valley(self) -> float:
@@ -68,7 +72,7 @@ class Wavefront(NamedTuple):
         return float(np.nanmax(self.waves) - np.nanmin(self.waves))
 
     def zernikes(self, count: int = 37) -> Doubles:
-        """Zernike coefficients in Noll's convention, by least squares over the rays.
+        """Zernike coefficients in Noll's convention, by least squares over the stop.
 
         Parameters
         ----------
@@ -96,7 +100,8 @@ class Wavefront(NamedTuple):
         if known.sum() < count:
             raise GradError(f"{known.sum()} rays have an end, too few for {count} Zernike polynomials: trace more rays, or fit fewer")
         basis = np.column_stack([zernike(j, self.pupil[known]) for j in range(1, count + 1)])
-        return np.asarray(np.linalg.lstsq(basis, self.waves[known], rcond=None)[0])
+        weight = np.sqrt(self.bundle.weights[known])
+        return np.asarray(np.linalg.lstsq(basis * weight[:, None], self.waves[known] * weight, rcond=None)[0])
 
     def __repr__(self) -> str:
         return f"<morgana.lens.Wavefront: {len(self.waves)} rays, {self.wavelength:g} nm, RMS {self.rms:.6g} waves>"

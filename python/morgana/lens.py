@@ -18,6 +18,7 @@ from ._glass import Glass, glass
 from ._image_errors import distortion, focus_shift
 from ._prescription import Prescription, Surface
 from ._pupil import Bundle, Paraxial, paraxial, pupil_points, trace
+from ._tolerance import Tolerance, Tolerances, tolerances
 from ._wavefront import Mtf, Psf, Wavefront, mtf, noll, psf, wavefront, zernike
 from ._zmx import read_zmx
 
@@ -29,6 +30,8 @@ __all__ = [
     "Prescription",
     "Psf",
     "Surface",
+    "Tolerance",
+    "Tolerances",
     "Wavefront",
     "distortion",
     "focus_shift",
@@ -39,6 +42,7 @@ __all__ = [
     "psf",
     "pupil_points",
     "read_zmx",
+    "tolerances",
     "trace",
     "wavefront",
     "zernike",

@@ -166,6 +166,29 @@ def test_gradient_rods_against_an_integration_of_the_ray_equation():
         assert optical == pytest.approx(np.linalg.norm(at - start) + inside + 3.0 / out[2], abs=1e-9)
 
 
+def test_a_luneburg_ball_focuses_at_its_far_pole():
+    """A ball between two surfaces that do not refract, because its index at the rim is 1."""
+    ball = {"type": "luneburg", "center": [0, 0, 5.0], "radius": 5.0}
+    whole = Prescription([Surface(5.0, 10.0, ball), Surface(-5.0, 0.5)], entrance_pupil=6.0)
+    rays = lens.trace(whole, count=3, defocus=-0.5 + 1e-6)
+    assert rays.failures == {} and rays.geometric_radius < 5e-6
+    assert lens.paraxial(whole).back_focal_length == pytest.approx(0, abs=1e-8)
+    assert lens.paraxial(whole).focal_length == pytest.approx(5, rel=1e-8)
+
+
+def test_the_power_of_an_eye():
+    """H.-L. Liou and N. A. Brennan, J. Opt. Soc. Am. A 14, 1684 (1997) state 60.35 dioptres, and an axial
+    length of 23.95 mm."""
+    front = {"type": "expression", "n": "1.368 + 0.049057*z - 0.015427*z^2 - 0.001978*(x^2 + y^2)"}
+    back = {"type": "expression", "n": "1.407 - 0.006605*z^2 - 0.001978*(x^2 + y^2)"}
+    rows = [Surface(7.77, 0.50, 1.376, -0.18), Surface(6.40, 3.16, 1.336, -0.60), Surface(12.40, 1.59, front, -0.94, stop=True)]
+    rows += [Surface(thickness=2.43, material=back), Surface(-8.10, 16.27, 1.336, 0.96)]
+    eye = Prescription(rows, entrance_pupil=4.0, wavelengths=[555.0])
+    found = lens.paraxial(eye)
+    assert 1336 / found.focal_length == pytest.approx(60.35, abs=0.01) and eye.vertices[-1] == pytest.approx(23.95)
+    assert lens.trace(eye, 5.0).failures == {}
+
+
 def test_rims_stop_rays_where_they_meet_the_surface():
     """Heights of rays along the axis are heights on a first surface, curved to either side."""
     heights = np.column_stack([np.zeros(5), [0.0, 0.4, 0.599, 0.601, 0.9]])
@@ -326,3 +349,16 @@ ROW = Surface(50.0, 5.0, "N-BK7")
 def test_mistakes_in_prescriptions_are_told(call, message):
     with pytest.raises((morgana.grad.GradError, morgana.RenderError), match=message):
         call()
+
+
+def test_weights_of_hexapolar_samplings_are_areas():
+    """Moments of the unit disc, ⟨r²⟩ = 1/2 and ⟨r⁶⟩ = 1/4, to second order in the ring spacing."""
+    singlet = Prescription([ROW], entrance_pupil=1.0)
+    for count in (10, 20):
+        rays = lens.trace(singlet, count=count)
+        square = (rays.pupil**2).sum(1)
+        for power, moment in ((1, 1 / 2), (3, 1 / 4)):
+            assert np.average(square**power, weights=rays.weights) == pytest.approx(moment, abs=1.5 / count**2)
+    # The spot of a wide field is that of a fine grid.
+    fine = lens.trace(triplet(), 20.0, pupil="grid", count=60).rms_radius
+    assert lens.trace(triplet(), 20.0, count=20).rms_radius == pytest.approx(fine, rel=0.02)

@@ -207,6 +207,8 @@ def samples():
         morgana.lens.wavefront(singlet, count=1),
         morgana.lens.psf(singlet, count=8),
         morgana.lens.mtf(singlet, count=8),
+        morgana.lens.Tolerance(0, "radius", 0.1),
+        morgana.lens.tolerances(singlet, [morgana.lens.Tolerance(0, "radius", 0.1)], trials=1, count=1),
         iteration,
         morgana.reconstruct.Reconstruction(np.ones((4, 4, 4)), 2.0, "slow", [iteration], 0),
         morgana.reconstruct.residuals(bundle, np.full((4, 4, 4), 1.2), optical_lengths=[1.0], optical_length_noise=0.1),
