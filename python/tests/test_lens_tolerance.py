@@ -86,6 +86,17 @@ def test_random_lenses_have_the_expected_mean_square():
     assert found.worst in ERRORS
 
 
+def test_a_shift_on_the_axis_adds_its_variance():
+    """On the axis of a lens, a shift δ adds δ² V to the squared radius. Uniform shifts up to a have the
+    mean square a²/3, with the standard deviation 0.298 a² of δ²."""
+    amount, count = 0.1, 200
+    found = lens.tolerances(triplet(), [Tolerance(2, "decenter_y", amount)], trials=count, count=2, seed=4)
+    added = (found.sensitivities[0] ** 2).mean() - found.nominal**2
+    assert found.expected**2 - found.nominal**2 == pytest.approx(added / 3, rel=1e-9)
+    # Five standard errors, and 2 % for orders above the second.
+    assert (found.trials**2).mean() - found.nominal**2 == pytest.approx(added / 3, abs=added * (5 * 0.298 / math.sqrt(count) + 0.02))
+
+
 def test_rims_move_with_their_surfaces():
     """A thickness moves the rim behind it, a shift of a surface moves its rim."""
     rows = [Surface(30.0, 4.0, "N-BK7", aperture=6.0), Surface(-50.0, 30.0, aperture=6.0)]
