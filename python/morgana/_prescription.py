@@ -274,13 +274,14 @@ def sag(surface: Surface, height: float) -> float:
     """Returns the position along the axis, from the vertex, of the surface at a distance from the
     axis."""
     c = 0.0 if math.isinf(surface.radius) else 1 / surface.radius
-    root = 1 - (1 + surface.conic) * c**2 * height**2
-    return c * height**2 / (1 + math.sqrt(root)) if root >= 0 else math.nan
+    square = height * height
+    root = 1 - (1 + surface.conic) * c * c * square
+    return c * square / (1 + math.sqrt(root)) if root >= 0 else math.nan
 
 
 def _check(surface: Surface, what: str) -> None:
     radius = checks.real(surface.radius, f"{what}.radius", "a number, infinite for a plane")
-    if radius == 0 or math.isnan(radius):
+    if abs(radius) < 1e-300 or math.isnan(radius):
         raise GradError(f"{what}.radius is {surface.radius} but must be a number other than 0, infinite for a plane")
     for name in ("thickness", "conic"):
         value = checks.real(getattr(surface, name), f"{what}.{name}", "a finite number")

@@ -14,6 +14,9 @@ from ._system import GradError
 UNITS = {"MM": 1e-3, "CM": 1e-2, "IN": 0.0254, "METER": 1.0, "M": 1.0}
 """Lengths of the units of UNIT in metres."""
 
+MAX_WHOLE = 10**6
+"""Largest count or number of a row in a file."""
+
 Row = Tuple[int, List[str]]
 """Number of a line, and its words."""
 
@@ -130,6 +133,19 @@ class _File:
             self.fail(row, f"{words[0]} has {word!r} where a number must be")
         return value
 
+    def whole(self, row: Row, at: int, default: Optional[float] = None) -> int:
+        """Returns the whole number at a position of a line."""
+        value = self.number(row, at, default)
+        if not (math.isfinite(value) and value == int(value) and abs(value) <= MAX_WHOLE):
+            self.fail(row, f"{row[1][0]} has {value:g} where a whole number must be")
+        return int(value)
+
+    def word(self, row: Row, at: int = 1) -> str:
+        """Returns the word at a position of a line."""
+        if at >= len(row[1]):
+            self.fail(row, f"{row[1][0]} has nothing behind it")
+        return row[1][at]
+
     def one(self, rows: Dict[str, List[Row]], key: str) -> Optional[Row]:
         """Returns the last line of a key, or ``None``."""
         return rows[key][-1] if key in rows else None
@@ -140,6 +156,8 @@ class _File:
         if mode is not None and mode[1][1:2] != ["SEQ"]:
             self.fail(mode, f"mode {' '.join(mode[1][1:])}: only sequential lenses (MODE SEQ) can be read")
         stops = [i for i, rows in enumerate(self.surfaces) if "STOP" in rows]
+        if stops and not 0 < stops[0] < len(self.surfaces) - 1:
+            self.fail(self.surfaces[stops[0]]["STOP"][-1], "the object or the image is the stop, but another surface must be")
         kept = self.surfaces[1:-1]
         surfaces = [self.surface(rows, i in stops) for i, rows in enumerate(kept, 1)]
         distance = self.thickness(self.surfaces[0])
@@ -166,16 +184,20 @@ class _File:
         except (GradError, ValueError) as error:
             raise GradError(f"{self.name}: {error}") from None
 
+    def label(self, rows: Dict[str, List[Row]]) -> str:
+        """Returns the number of a surface, as the file states it."""
+        return " ".join(rows["SURF"][0][1][1:2])
+
     def thickness(self, rows: Dict[str, List[Row]]) -> float:
         row = self.one(rows, "DISZ")
         return 0.0 if row is None else self.number(row, 1)
 
     def surface(self, rows: Dict[str, List[Row]], stop: bool) -> Surface:
         row = self.one(rows, "TYPE")
-        kind = "STANDARD" if row is None else row[1][1]
+        kind = "STANDARD" if row is None else self.word(row)
         if row is not None and kind not in TYPES:
-            self.fail(row, f"surface {rows['SURF'][0][1][1]} has the type {kind}, which is not supported: the types are {', '.join(TYPES)}")
-        parameters = {int(self.number(one, 1)): (one, self.number(one, 2)) for one in rows.get("PARM", [])}
+            self.fail(row, f"surface {self.label(rows)} has the type {kind}, which is not supported: the types are {', '.join(TYPES)}")
+        parameters = {self.whole(one, 1): (one, self.number(one, 2)) for one in rows.get("PARM", [])}
         if kind == "EVENASPH":
             for order, (one, value) in sorted(parameters.items()):
                 if value:
@@ -213,9 +235,9 @@ class _File:
         row = self.one(rows, "GLAS")
         if row is None:
             return "air"
-        name = row[1][1]
+        name = self.word(row)
         if name.upper() == "MIRROR":
-            self.fail(row, f"surface {rows['SURF'][0][1][1]} is a mirror, which is not supported")
+            self.fail(row, f"surface {self.label(rows)} is a mirror, which is not supported")
         if name.upper() in self.glasses:
             return self.glasses[name.upper()]
         if name.startswith("___"):
@@ -229,9 +251,9 @@ class _File:
         row = self.one(self.lens, "UNIT")
         if row is None:
             return 1e-3
-        if row[1][1] not in UNITS:
-            self.fail(row, f"unit {row[1][1]!r} but must be one of {', '.join(UNITS)}")
-        return UNITS[row[1][1]]
+        if self.word(row) not in UNITS:
+            self.fail(row, f"unit {self.word(row)!r} but must be one of {', '.join(UNITS)}")
+        return UNITS[self.word(row)]
 
     def pupil(self) -> Dict[str, Any]:
         for key, name in (("ENPD", "entrance_pupil"), ("FNUM", "f_number")):
@@ -249,7 +271,7 @@ class _File:
         primary = self.one(self.lens, "PWAV")
         found: List[float] = []
         if "WAVM" in self.lens:
-            by_number = {int(self.number(row, 1)): 1e3 * self.number(row, 2) for row in self.lens["WAVM"]}
+            by_number = {self.whole(row, 1): 1e3 * self.number(row, 2) for row in self.lens["WAVM"]}
             found = [by_number[i] for i in sorted(by_number)]
         elif "WAVL" in self.lens:
             row = self.lens["WAVL"][-1]
@@ -257,7 +279,7 @@ class _File:
         if not found:
             raise GradError(f"{self.name}: there are no wavelengths (WAVM or WAVL)")
         found = found[:count] if count else list(dict.fromkeys(found))
-        first = 1 if primary is None else int(self.number(primary, 1))
+        first = 1 if primary is None else self.whole(primary, 1)
         if not 1 <= first <= len(found):
             raise GradError(f"{self.name}: the primary wavelength is {first} of {len(found)} (PWAV)")
         return found, first - 1
@@ -265,11 +287,11 @@ class _File:
     def counts(self) -> Tuple[int, int]:
         """Returns the numbers of fields and wavelengths in FTYP; 0 if it does not have them."""
         row = self.one(self.lens, "FTYP")
-        return (0, 0) if row is None else (int(self.number(row, 3, 0.0)), int(self.number(row, 4, 0.0)))
+        return (0, 0) if row is None else (self.whole(row, 3, 0.0), self.whole(row, 4, 0.0))
 
     def fields(self, at_infinity: bool) -> List[Tuple[float, float]]:
         row = self.one(self.lens, "FTYP")
-        kind = 0 if row is None else int(self.number(row, 1))
+        kind = 0 if row is None else self.whole(row, 1)
         if row is not None and kind not in (0, 1):
             self.fail(row, f"field type {kind} is not supported: the types are 0 (angles) and 1 (object heights)")
         if row is not None and at_infinity == (kind == 1):

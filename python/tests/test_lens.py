@@ -307,6 +307,9 @@ def test_gradients_pupils_and_apertures_of_files(tmp_path):
         (zmx().replace("MODE SEQ", "MODE NSC"), "only sequential lenses"),
         (zmx().replace("PWAV 2", "PWAV 7"), "primary wavelength is 7 of 3"),
         (zmx({2: "  OBSC 0 1 0\n"}), "the aperture OBSC is not supported"),
+        (zmx().replace("FTYP 0 0 3", "FTYP 0 0 INFINITY"), "lens.zmx:6: FTYP has inf where a whole number must be"),
+        (zmx().replace("GLAS N-F2 0 0 1.5 40", "GLAS"), "GLAS has nothing behind it"),
+        (zmx().replace("SURF 7\n", "SURF 7\n  STOP\n").replace("  STOP\n", "", 1), "the object or the image is the stop"),
         ("SURF 0\n", "found 1 surfaces"),
     ],
 )
@@ -315,6 +318,27 @@ def test_mistakes_in_files_are_located(tmp_path, text, message):
     path.write_text(text)
     with pytest.raises(morgana.grad.GradError, match=message):
         lens.read_zmx(path)
+
+
+def test_changed_files_give_a_lens_or_an_error(tmp_path):
+    """Random changes of words and lines, with fixed seeds."""
+    rng = np.random.default_rng(0)
+    words = ["INFINITY", "nan", "-1", "1e308", "x", "", "SURF", "STOP", "1e-320", "GRINSUR2", "-INFINITY", "9" * 20]
+    path = tmp_path / "lens.zmx"
+    lenses = 0
+    for _ in range(400):
+        lines = zmx({2: "  CLAP 0 4.5 0\n"}).split("\n")
+        for _ in range(2):
+            k = rng.integers(len(lines))
+            parts = lines[k].split(" ")
+            parts[rng.integers(len(parts))] = str(rng.choice(words))
+            lines[k : k + 1] = [" ".join(parts)] * int(rng.integers(0, 3))
+        path.write_text("\n".join(lines))
+        try:
+            lenses += isinstance(lens.read_zmx(path), Prescription)
+        except morgana.grad.GradError as error:
+            assert "lens.zmx" in str(error)
+    assert 50 < lenses < 350
 
 
 def test_a_missing_file_is_named():
