@@ -55,6 +55,8 @@ def files(tmp_path_factory):
     shutil.copy(ROOT / "scenes/bos_jet.ply", folder / "model.ply")
     shutil.copy(DATA / "meshes/two_boxes.glb", folder / "model.glb")
     shutil.copy(DATA / "meshes/meshes4.serialized", folder / "model.serialized")
+    mesh = {"MeshNode": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], "MeshElem": [[1, 2, 3, 4, 1]]}
+    (folder / "tetrahedra.jmsh").write_text(json.dumps(mesh))
     np.save(folder / "labels.npy", (distance < 0.7).astype(np.uint8) + 1)
     return folder
 

@@ -181,6 +181,17 @@ EXAMPLES: dict[str, Plugin] = {
         "radius": 0.01,
         "bsdf": {"type": "diffuse", "reflectance": BROWN},
     },
+    "shape.tetrahedra": {
+        "type": "tetrahedra",
+        "filename": "tetrahedra.jmsh",
+        "1": {
+            "type": "homogeneous",
+            "sigma_s": 10,
+            "sigma_a": 0.02,
+            "phase": {"type": "hg", "g": 0.9},
+            "ior": 1.37,
+        },
+    },
     "shape.labels": {
         "type": "labels",
         "filename": "labels.npy",
