@@ -56,6 +56,12 @@ pub fn all() -> Vec<Case> {
         "serialized" => |m| shape(m, json!({"type": "serialized", "filename": "meshes4.serialized"})),
         "gltf" => |m| shape(m, json!({"type": "gltf", "filename": "two_boxes.glb"})),
         "sdfgrid" => |m| shape(m, json!({"type": "sdfgrid", "grid": [[[-0.2, 0.4], [0.3, 0.5]], [[0.6, 0.2], [0.4, 0.7]]]})),
+        "tetrahedra" => |m| {
+            let nodes = json!([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]]);
+            let elements = json!([[0, 1, 2, 3], [1, 2, 3, 4]]);
+            let medium = |sigma: f64| json!({"type": "homogeneous", "sigma_t": sigma / m.scale()});
+            shape(m, json!({"type": "tetrahedra", "nodes": nodes, "elements": elements, "regions": [1, 2], "1": medium(0.7), "2": medium(2.0)}))
+        },
         "labels" => |m| {
             let medium = |sigma: f64| json!({"type": "homogeneous", "sigma_t": sigma / m.scale()});
             shape(m, json!({"type": "labels", "data": [[[1, 2], [2, 0]], [[1, 0], [2, 1]]], "1": medium(0.7), "2": medium(2.0)}))
