@@ -138,8 +138,8 @@ impl JdataValue {
         }
     }
 
-    /// Returns the annotated and typed arrays of a tree of objects, and lists of lists of numbers. Names are paths with `/`; an
-    /// array at the root has the name `data`.
+    /// Returns the annotated and typed arrays of a tree of objects, and lists of lists of numbers.
+    /// Names are paths with `/`; an array at the root has the name `data`.
     pub fn arrays(&self) -> Vec<(String, &JdataValue)> {
         let mut found = Vec::new();
         self.gather("", &mut found);

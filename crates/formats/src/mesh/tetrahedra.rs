@@ -2,7 +2,6 @@
 
 use super::MeshData;
 use super::label_surfaces::PartSurface;
-use eikonal::Aabb;
 use glam::DVec3;
 use std::collections::{BTreeMap, HashMap};
 
@@ -133,12 +132,6 @@ impl Tetrahedra {
             *counts.entry(*region).or_default() += 1;
         }
         counts
-    }
-
-    /// Returns the box around all nodes of tetrahedra.
-    pub fn aabb(&self) -> Aabb {
-        let corners = self.elements.iter().flatten();
-        Aabb::around(corners.map(|node| self.nodes[*node as usize]))
     }
 
     /// Returns the surfaces between all parts that touch. `part_of` gives the part of a region.

@@ -104,10 +104,16 @@ impl Fluorophore {
         };
         let fraction = divided(by_fluorophore, total - scattering)[0].min(1.0);
         let power_yields: Vec<f64> = power_yields.iter().map(|y| y * fraction).collect();
+        let fluorescence = Fluorescence::new(&power_yields, self.mean_delay);
+        if fluorescence.is_none() {
+            let message = "the fluorophore is too strong or its lifetime too long to be computed: check 'metres_per_unit', \
+                           'lifetime' and the coefficients";
+            context.error_at(&object.location, message);
+        }
         Medium {
             sigma_t: VolumeTexture::Uniform(total),
             albedo: VolumeTexture::Uniform(divided(scattering, total)),
-            fluorescence: Fluorescence::new(&power_yields, self.mean_delay),
+            fluorescence,
             ..medium
         }
     }

@@ -3,38 +3,16 @@
 //!
 //! Statistical tests compare at a family-wise false-alarm rate of 1e-3 each. Seeds are fixed.
 
-use morgana_io::{Diagnostics, LoadOptions, Loaded, json};
+use crate::common::{load_json, measure_json, measured};
 use serde_json::{Value, json};
-use std::ops::ControlFlow;
 use testkit::z_test::{max_abs_z, two_sample_z};
-use transport::meter::{Meter, Reading};
-use transport::render::{Handle, MeasureOptions, Measurement, measure};
+use transport::meter::Reading;
+use transport::render::Measurement;
 
 const FAMILY: f64 = 1e-3;
 /// Radius of a ball that represents an infinite medium.
 const RADIUS: f64 = 300.0;
 const INDEX: f64 = 1.4;
-
-fn load(scene: &Value) -> Result<Loaded, Diagnostics> {
-    let mut diagnostics = Diagnostics::new();
-    let description = json::parse(&scene.to_string(), "scene.json", &[], &mut diagnostics);
-    let description = description.ok_or_else(|| diagnostics.clone())?;
-    morgana_io::assemble(&description, &LoadOptions::default(), diagnostics)
-}
-
-fn run(scene: &Value, particles: u64, seed: u64) -> Measurement {
-    let loaded = load(scene).unwrap_or_else(|problems| panic!("{problems}"));
-    let meters: Vec<Meter> = loaded.instruments.iter().map(|i| i.meter.clone()).collect();
-    let options = MeasureOptions {
-        first: 0,
-        particles,
-        seed,
-        max_depth: None,
-        rr_depth: 5,
-    };
-    let go_on = |_| ControlFlow::Continue(());
-    measure(&loaded.groups, &meters, &options, &Handle::default(), go_on).unwrap()
-}
 
 /// A spectrum with values at given wavelengths.
 fn spectrum(pairs: &[(u32, f64)]) -> Value {
@@ -126,7 +104,7 @@ fn an_infinite_medium_fluoresces_as_in_closed_form() {
                 "min_bound": 0, "max_bound": 18, "bin_width": 2,
             },
         });
-        let found = run(&scene, 4_000, 7);
+        let found = measure_json(&scene, 4_000, 7);
         assert_eq!(found.emitted.len(), 2);
         assert!(
             found.emitted.iter().all(|power| (power - 1.0).abs() < 1e-9),
@@ -201,7 +179,7 @@ fn an_absorber_emits_where_light_is_absorbed() {
                 "film": film(&[500, 650]),
             },
         });
-        let found = run(&scene, 20_000, 11);
+        let found = measure_json(&scene, 20_000, 11);
         let absorbed = reading(&found, "absorbed");
         let [excitation, emission] = [channel(absorbed, 0, 2), channel(absorbed, 1, 2)];
         for (k, (a, b)) in excitation.iter().zip(&emission).enumerate() {
@@ -236,7 +214,7 @@ fn source_and_detector_can_be_exchanged() {
                 "to_world": [{"scale": 0.35}, {"translate": [0.9, 0, 0]}], "film": film(&[600, 700]),
             },
         });
-        let found = run(&scene, 30_000, 3 + k as u64);
+        let found = measure_json(&scene, 30_000, 3 + k as u64);
         channel(reading(&found, "fluence"), 1, 2)[0]
     };
     let [(a, a_error), (b, b_error)] = [at([0, 1]), at([1, 0])];
@@ -268,7 +246,7 @@ fn fluorescence_excites_fluorescence() {
             "film": film(&[750, 500, 600]),
         },
     });
-    let found = run(&scene, 20_000, 5);
+    let found = measure_json(&scene, 20_000, 5);
     let fraction = |i: usize| dye[i] / (dye[i] + tissue[i]);
     let at_600 = fraction(0) * 0.5 * 500.0 / 600.0;
     let at_750 = fraction(0) * 0.4 * 500.0 / 750.0 + at_600 * fraction(1) * 0.4 * 600.0 / 750.0;
@@ -347,7 +325,7 @@ fn mistakes_say_what_to_do() {
         ),
     ];
     for (medium, meter, expected) in cases {
-        let refused = load(&dyed(&medium, &meter))
+        let refused = load_json(&dyed(&medium, &meter))
             .expect_err(expected)
             .to_string();
         assert!(refused.contains(expected), "{refused}");
@@ -355,12 +333,12 @@ fn mistakes_say_what_to_do() {
     let mut alone = dyed(&none, &none);
     let medium = alone["cube"]["interior"].as_object_mut().unwrap();
     medium.remove("fluorophore_sigma_a");
-    let refused = load(&alone).expect_err("an error").to_string();
+    let refused = load_json(&alone).expect_err("an error").to_string();
     assert!(refused.contains("needs 'fluorophore_sigma_a'"), "{refused}");
     let mut picture = dyed(&none, &none);
     picture["probe"] = json!({"type": "perspective", "film": {"type": "hdrfilm", "pixel_format": "spectral", "wavelengths": "600, 700"}});
     picture["integrator"] = json!({"type": "path"});
-    let refused = load(&picture).expect_err("an error").to_string();
+    let refused = load_json(&picture).expect_err("an error").to_string();
     assert!(
         refused.contains("pictures have no fluorescence"),
         "{refused}"
@@ -381,11 +359,12 @@ fn doubtful_fluorescence_is_reported() {
         ),
     ];
     for (medium, expected) in cases {
-        let loaded = load(&dyed(&medium, &none)).unwrap_or_else(|problems| panic!("{problems}"));
+        let loaded =
+            load_json(&dyed(&medium, &none)).unwrap_or_else(|problems| panic!("{problems}"));
         let warnings = loaded.warnings.to_string();
         assert!(warnings.contains(expected), "{warnings}");
     }
-    let loaded = load(&dyed(&none, &none)).unwrap_or_else(|problems| panic!("{problems}"));
+    let loaded = load_json(&dyed(&none, &none)).unwrap_or_else(|problems| panic!("{problems}"));
     assert!(loaded.warnings.is_empty(), "{}", loaded.warnings);
 }
 
@@ -396,17 +375,8 @@ fn records_and_sidebands_are_refused() {
     scene["cube"]["probe"] =
         json!({"type": "irradiancemeter", "records": true, "film": film(&[600, 700])});
     scene.as_object_mut().unwrap().remove("probe");
-    let loaded = load(&scene).unwrap_or_else(|problems| panic!("{problems}"));
-    let meters: Vec<Meter> = loaded.instruments.iter().map(|i| i.meter.clone()).collect();
-    let options = MeasureOptions {
-        first: 0,
-        particles: 64,
-        seed: 1,
-        max_depth: None,
-        rr_depth: 5,
-    };
-    let go_on = |_| ControlFlow::Continue(());
-    let found = measure(&loaded.groups, &meters, &options, &Handle::default(), go_on);
+    let loaded = load_json(&scene).unwrap_or_else(|problems| panic!("{problems}"));
+    let found = measured(&loaded, 64, 1);
     let refused = found.expect_err("an error").to_string();
     assert!(
         refused.contains("no records of fluorescent light"),

@@ -2,35 +2,13 @@
 //!
 //! False alarms: 1e-3 for each test. Seeds are fixed.
 
-use morgana_io::{Diagnostics, LoadOptions, Loaded, json};
+use crate::common::{load_json, measure_json};
 use serde_json::{Value, json};
-use std::ops::ControlFlow;
 use testkit::z_test::{max_abs_z, two_sample_z};
-use transport::meter::{Meter, Reading};
-use transport::render::{Handle, MeasureOptions, Measurement, measure};
+use transport::meter::Reading;
+use transport::render::Measurement;
 
 const FAMILY: f64 = 1e-3;
-
-fn load(scene: &Value) -> Result<Loaded, Diagnostics> {
-    let mut diagnostics = Diagnostics::new();
-    let description = json::parse(&scene.to_string(), "scene.json", &[], &mut diagnostics);
-    let description = description.ok_or_else(|| diagnostics.clone())?;
-    morgana_io::assemble(&description, &LoadOptions::default(), diagnostics)
-}
-
-fn run(scene: &Value, seed: u64) -> Measurement {
-    let loaded = load(scene).unwrap_or_else(|problems| panic!("{problems}"));
-    let meters: Vec<Meter> = loaded.instruments.iter().map(|i| i.meter.clone()).collect();
-    let options = MeasureOptions {
-        first: 0,
-        particles: 20_000,
-        seed,
-        max_depth: None,
-        rr_depth: 5,
-    };
-    let go_on = |_| ControlFlow::Continue(());
-    measure(&loaded.groups, &meters, &options, &Handle::default(), go_on).unwrap()
-}
 
 fn reading<'a>(found: &'a Measurement, name: &str) -> &'a Reading {
     let mut all = found.readings[0].iter();
@@ -61,7 +39,10 @@ fn faces_of_a_block_are_the_sides_of_a_cube() {
         "type": "cube", "to_world": placed_cube, "interior": tissue,
         "bsdf": {"type": "dielectric", "int_ior": 1.4, "ext_ior": 1.0}, "meter": meter,
     }));
-    let [found, expected] = [run(&labels, 1), run(&cube, 2)];
+    let [found, expected] = [
+        measure_json(&labels, 20_000, 1),
+        measure_json(&cube, 20_000, 2),
+    ];
     let mut zs = Vec::new();
     for name in ["binned_power", "irradiance"] {
         let [a, b] = [reading(&found, name), reading(&expected, name)];
@@ -97,7 +78,7 @@ fn areas_are_those_of_the_faces_in_each_bin() {
             "meter": {"type": "irradiancemeter", "nu": 2, "nv": 4, "parts": true},
         },
     });
-    let found = run(&scene, 4);
+    let found = measure_json(&scene, 20_000, 4);
     let irradiance = reading(&found, "irradiance");
     let bins = 2 * 4;
     let mut zs = Vec::new();
@@ -130,7 +111,7 @@ fn smooth_surfaces_have_no_coordinates() {
             "meter": {"type": "irradiancemeter", "nu": 2},
         },
     });
-    let refused = load(&scene).expect_err("an error").to_string();
+    let refused = load_json(&scene).expect_err("an error").to_string();
     assert!(
         refused.contains("set 'surface' of the labels to 'voxels'"),
         "{refused}"

@@ -2,12 +2,9 @@
 //!
 //! False alarms: 1e-3 for each test. Seeds are fixed.
 
-use morgana_io::{Diagnostics, LoadOptions, Loaded, json};
+use crate::common::{load_json, measure_json};
 use serde_json::{Value, json};
-use std::ops::ControlFlow;
 use testkit::z_test::{max_abs_z, two_sample_z};
-use transport::meter::Meter;
-use transport::render::{Handle, MeasureOptions, Measurement, measure};
 
 const FAMILY: f64 = 1e-3;
 /// Labels of the voxels, z slowest: layers with a step, and a cavity of label 0.
@@ -16,27 +13,6 @@ const LABELS: [[[u32; 3]; 3]; 3] = [
     [[1, 2, 2], [2, 0, 2], [2, 2, 2]],
     [[3, 3, 3], [3, 3, 3], [3, 3, 3]],
 ];
-
-fn load(scene: &Value) -> Result<Loaded, Diagnostics> {
-    let mut diagnostics = Diagnostics::new();
-    let description = json::parse(&scene.to_string(), "scene.json", &[], &mut diagnostics);
-    let description = description.ok_or_else(|| diagnostics.clone())?;
-    morgana_io::assemble(&description, &LoadOptions::default(), diagnostics)
-}
-
-fn run(scene: &Value, seed: u64) -> Measurement {
-    let loaded = load(scene).unwrap_or_else(|problems| panic!("{problems}"));
-    let meters: Vec<Meter> = loaded.instruments.iter().map(|i| i.meter.clone()).collect();
-    let options = MeasureOptions {
-        first: 0,
-        particles: 20_000,
-        seed,
-        max_depth: None,
-        rr_depth: 5,
-    };
-    let go_on = |_| ControlFlow::Continue(());
-    measure(&loaded.groups, &meters, &options, &Handle::default(), go_on).unwrap()
-}
 
 /// Nodes, elements and regions of the voxels that have a label, six tetrahedra in each.
 fn divided() -> [Value; 3] {
@@ -93,7 +69,8 @@ fn tetrahedra_are_their_regions() {
     let tetrahedra = scene(json!({
         "type": "tetrahedra", "nodes": nodes, "elements": elements, "regions": regions,
     }));
-    let [a, b] = [run(&voxels, 1), run(&tetrahedra, 2)];
+    let [a, b] =
+        [(&voxels, 1), (&tetrahedra, 2)].map(|(body, seed)| measure_json(body, 20_000, seed));
     assert_eq!(b.stats.lost, 0);
     let mut zs = Vec::new();
     for (a, b) in a.readings.iter().flatten().zip(b.readings.iter().flatten()) {
@@ -134,7 +111,8 @@ fn arrays_have_several_forms() {
     let written = json!({"MeshNode": nodes, "MeshElem(tet)": joined});
     std::fs::write(&path, written.to_string()).unwrap();
     let file = json!({"type": "tetrahedra", "filename": path});
-    let [first, second, third] = [plain, other, file].map(|body| run(&scene(body), 5).readings);
+    let [first, second, third] =
+        [plain, other, file].map(|body| measure_json(&scene(body), 20_000, 5).readings);
     assert_eq!(first, second);
     assert_eq!(first, third);
 }
@@ -171,7 +149,7 @@ fn mistakes_say_where() {
         ),
     ];
     for (scene, expected) in cases {
-        let refused = load(&scene).expect_err(expected).to_string();
+        let refused = load_json(&scene).expect_err(expected).to_string();
         assert!(refused.contains(expected), "{refused}");
     }
 }

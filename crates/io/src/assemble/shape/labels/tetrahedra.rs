@@ -144,6 +144,7 @@ impl Source {
             [a.min(v), b.max(v)]
         });
         let first = match (least, most) {
+            _ if count == 0 => 0.0,
             (0.0, _) => 0.0,
             (1.0, most) if most == nodes.len() as f64 => 1.0,
             _ => {
