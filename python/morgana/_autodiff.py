@@ -1,11 +1,11 @@
-"""Rays as functions that PyTorch and JAX differentiate by :meth:`morgana.grad.Rays.vjp`, in reverse
-mode."""
+"""Rays and pictures as functions that PyTorch and JAX differentiate in reverse mode, by
+:meth:`morgana.grad.Rays.vjp` and by ``vjp`` of screens and backgrounds."""
 
 from __future__ import annotations
 
 import functools
 import importlib
-from typing import TYPE_CHECKING, Any, Callable, Dict, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import TYPE_CHECKING, Any, Callable, Dict, NamedTuple, Optional, Protocol, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,24 @@ Build = Callable[[Dict[str, Doubles]], Union[Field, System]]
 ROUNDED = 1e-6
 """Largest relative difference between given and actual parameters: grids and JAX round to single
 precision."""
+
+
+class Function(Protocol):
+    """Function of arrays with a vector–Jacobian product."""
+
+    def follow(self, *given: Doubles) -> Tuple[Doubles, ...]:
+        """Returns the results."""
+
+    def pull_back(self, *kept: Doubles) -> Tuple[Doubles, ...]:
+        """Returns derivatives by the given arrays, from these arrays, the first result, and
+        derivatives by the results."""
+
+
+class PictureFunction(Function, Protocol):
+    """Picture as a function of ends of rays, and of their power or the image of a background."""
+
+    def shape(self, positions: Tuple[int, ...], values: Tuple[int, ...]) -> Tuple[int, ...]:
+        """Returns the shape of the picture, or raises an error for shapes that do not fit."""
 
 
 class Model(NamedTuple):
@@ -80,32 +98,50 @@ class Model(NamedTuple):
 def torch_function(rays: "Rays", build: Optional[Build]) -> Callable[..., Any]:
     """Returns the function of CPU tensors for :meth:`morgana.grad.Rays.torch`."""
     torch = _library("torch")
-    follow = _torch_rays(torch)
-
-    def tensor(given: Any, what: str) -> Any:
-        """Converts to a tensor, in double precision unless it is a tensor already: the type of the
-        tensors determines the type of the ends."""
-        if not isinstance(given, torch.Tensor):
-            return torch.tensor(grid_samples(given, what))
-        if given.is_complex():
-            raise TypeError(f"{what} must be an array of real numbers: elements of type {given.dtype}")
-        return given
+    follow = _differentiable_by_torch(torch)
 
     def ends(index: Any, origins: Any = None, directions: Any = None) -> Any:
         names, values = _flat(index, build)
-        floating = [value.dtype for value in (*values, origins, directions) if isinstance(value, torch.Tensor) and value.is_floating_point()]
-        dtype = functools.reduce(torch.promote_types, floating) if floating else torch.get_default_dtype()
-        tensors = list(map(tensor, values, names or ("the index",)))
+        dtype = _widest(torch, (*values, origins, directions))
+        tensors = [_tensor(torch, value, what) for value, what in zip(values, names or ("the index",))]
         own = zip(rays.starts, (origins, directions), ("origins", "directions"))
-        starts = [tensor(kept if given is None else given, what) for kept, given, what in own]
+        starts = [_tensor(torch, kept if given is None else given, what) for kept, given, what in own]
         return follow(Model(rays, build, names), dtype, *tensors, *_checked(rays, build, tensors, starts, torch.broadcast_to))
 
     return ends
 
 
-def _torch_rays(torch: Any) -> Callable[..., Any]:
-    """Returns a function that traces rays for PyTorch, given a model, the type of the ends, and
-    tensors."""
+def torch_picture(model: PictureFunction) -> Callable[..., Any]:
+    """Returns the function of CPU tensors for ``torch`` of screens and backgrounds."""
+    torch = _library("torch")
+    follow = _differentiable_by_torch(torch)
+
+    def picture(positions: Any, values: Any) -> Any:
+        tensors = [_tensor(torch, given, what) for given, what in ((positions, "positions"), (values, "values"))]
+        return follow(model, _widest(torch, (positions, values)), *tensors)[0]
+
+    return picture
+
+
+def _tensor(torch: Any, given: Any, what: str) -> Any:
+    """Converts to a tensor, in double precision unless it is a tensor already: the type of the
+    tensors determines the type of the results."""
+    if not isinstance(given, torch.Tensor):
+        return torch.tensor(grid_samples(given, what))
+    if given.is_complex():
+        raise TypeError(f"{what} must be an array of real numbers: elements of type {given.dtype}")
+    return given
+
+
+def _widest(torch: Any, given: Sequence[Any]) -> Any:
+    """Returns the widest floating type of the tensors among the arguments, or PyTorch's default."""
+    floating = [value.dtype for value in given if isinstance(value, torch.Tensor) and value.is_floating_point()]
+    return functools.reduce(torch.promote_types, floating) if floating else torch.get_default_dtype()
+
+
+def _differentiable_by_torch(torch: Any) -> Callable[..., Any]:
+    """Returns ``apply(function, dtype, *tensors)`` for PyTorch: the results of a
+    :class:`Function`, with a type."""
 
     def host(tensor: Any) -> Doubles:
         # Convert to double precision: NumPy has no bfloat16.
@@ -120,26 +156,26 @@ def _torch_rays(torch: Any) -> Callable[..., Any]:
 
     class Follow(torch.autograd.Function):  # type: ignore[misc, unused-ignore]
         @staticmethod
-        def forward(model: Model, dtype: Any, *given: Any) -> Any:
-            return tuple(torch.from_numpy(end).to(given[0].device, dtype) for end in model.follow(*map(host, given)))
+        def forward(function: Function, dtype: Any, *given: Any) -> Any:
+            return tuple(torch.from_numpy(end).to(given[0].device, dtype) for end in function.follow(*map(host, given)))
 
         @staticmethod
         def setup_context(ctx: Any, inputs: Any, output: Any) -> None:
-            ctx.model, _, *given = inputs
+            ctx.function, _, *given = inputs
             ctx.save_for_backward(*given, output[0])
 
         @staticmethod
         def backward(ctx: Any, *by: Any) -> Any:
-            return (None, None, *PullBack.apply(ctx.model, *ctx.saved_tensors, *by))
+            return (None, None, *PullBack.apply(ctx.function, *ctx.saved_tensors, *by))
 
         @staticmethod
-        def vmap(info: Any, axes: Any, model: Model, dtype: Any, *given: Any) -> Any:
-            return one_by_one(functools.partial(Follow.apply, model, dtype), info.batch_size, axes[2:], given)
+        def vmap(info: Any, axes: Any, function: Function, dtype: Any, *given: Any) -> Any:
+            return one_by_one(functools.partial(Follow.apply, function, dtype), info.batch_size, axes[2:], given)
 
     class PullBack(torch.autograd.Function):  # type: ignore[misc, unused-ignore]
         @staticmethod
-        def forward(model: Model, *kept: Any) -> Any:
-            return tuple(torch.from_numpy(np.asarray(value)).to(tensor) for value, tensor in zip(model.pull_back(*map(host, kept)), kept))
+        def forward(function: Function, *kept: Any) -> Any:
+            return tuple(torch.from_numpy(np.asarray(value)).to(tensor) for value, tensor in zip(function.pull_back(*map(host, kept)), kept))
 
         @staticmethod
         def setup_context(ctx: Any, inputs: Any, output: Any) -> None:
@@ -147,11 +183,11 @@ def _torch_rays(torch: Any) -> Callable[..., Any]:
 
         @staticmethod
         def backward(ctx: Any, *by: Any) -> Any:
-            raise GradError("rays have only first derivatives: do not differentiate them again")
+            raise GradError("rays and pictures have only first derivatives: do not differentiate them again")
 
         @staticmethod
-        def vmap(info: Any, axes: Any, model: Model, *kept: Any) -> Any:
-            return one_by_one(functools.partial(PullBack.apply, model), info.batch_size, axes[1:], kept)
+        def vmap(info: Any, axes: Any, function: Function, *kept: Any) -> Any:
+            return one_by_one(functools.partial(PullBack.apply, function), info.batch_size, axes[1:], kept)
 
     return Follow.apply  # type: ignore[no-any-return, unused-ignore]
 
@@ -161,51 +197,79 @@ def jax_function(rays: "Rays", build: Optional[Build]) -> Callable[..., Any]:
     jax = _library("jax")
     numpy = importlib.import_module("jax.numpy")
 
-    def shaped(*arrays: Any) -> Any:
-        return tuple(jax.ShapeDtypeStruct(array.shape, array.dtype) for array in arrays)
+    def shapes(*given: Any) -> Any:
+        *_, origins, directions = given
+        return _shaped(jax, origins, directions, origins[:, 0])
 
-    def called(function: Callable[..., Tuple[Doubles, ...]], shapes: Any, *arrays: Any) -> Any:
+    @functools.lru_cache(maxsize=None)
+    def differentiable(names: Tuple[str, ...]) -> Callable[..., Any]:
+        return _differentiable_by_jax(jax, Model(rays, build, names), shapes)
+
+    def with_starts(index: Any, origins: Any = None, directions: Any = None) -> Any:
+        names, given = _flat(index, build)
+        values = [_real(numpy, value) for value in given]
+        starts = [_real(numpy, own if start is None else start) for own, start in zip(rays.starts, (origins, directions))]
+        return differentiable(names)(*values, *_checked(rays, build, values, starts, numpy.broadcast_to))
+
+    return with_starts
+
+
+def jax_picture(model: PictureFunction) -> Callable[..., Any]:
+    """Returns the function for ``jax`` of screens and backgrounds."""
+    jax = _library("jax")
+    numpy = importlib.import_module("jax.numpy")
+
+    def shapes(positions: Any, values: Any) -> Any:
+        return (jax.ShapeDtypeStruct(model.shape(positions.shape, values.shape), positions.dtype),)
+
+    follow = _differentiable_by_jax(jax, model, shapes)
+
+    def picture(positions: Any, values: Any) -> Any:
+        return follow(_real(numpy, positions), _real(numpy, values))[0]
+
+    return picture
+
+
+def _shaped(jax: Any, *arrays: Any) -> Any:
+    """Returns the shapes and types of arrays."""
+    return tuple(jax.ShapeDtypeStruct(array.shape, array.dtype) for array in arrays)
+
+
+def _real(numpy: Any, given: Any) -> Any:
+    """Converts to real numbers, also from integers: the type of the arguments determines the type
+    of the results."""
+    array = numpy.asarray(given)
+    return array.astype(numpy.result_type(array, float))
+
+
+def _differentiable_by_jax(jax: Any, function: Function, shapes: Callable[..., Any]) -> Callable[..., Any]:
+    """Returns a function of arrays for JAX. ``shapes`` gives the shapes and types of its results
+    from these arrays."""
+    numpy = importlib.import_module("jax.numpy")
+
+    def called(run: Callable[..., Tuple[Doubles, ...]], expected: Any, *arrays: Any) -> Any:
         def on_host(*given: Any) -> Any:
-            found = function(*(np.asarray(array, dtype=float) for array in given))
-            return tuple(np.asarray(value, shape.dtype) for value, shape in zip(found, shapes))
+            found = run(*(np.asarray(array, dtype=float) for array in given))
+            return tuple(np.asarray(value, shape.dtype) for value, shape in zip(found, expected))
 
         if not any(isinstance(array, jax.core.Tracer) for array in arrays):
             # Call directly: a callback would wrap errors.
             return tuple(map(numpy.asarray, on_host(*arrays)))
-        return jax.pure_callback(on_host, shapes, *arrays, vmap_method="sequential")
+        return jax.pure_callback(on_host, expected, *arrays, vmap_method="sequential")
 
-    @functools.lru_cache(maxsize=None)
-    def differentiable(names: Tuple[str, ...]) -> Callable[..., Any]:
-        model = Model(rays, build, names)
+    @jax.custom_vjp  # type: ignore[untyped-decorator, unused-ignore]
+    def results(*given: Any) -> Any:
+        return called(function.follow, shapes(*given), *given)
 
-        @jax.custom_vjp  # type: ignore[untyped-decorator, unused-ignore]
-        def ends(*given: Any) -> Any:
-            *_, origins, directions = given
-            return called(model.follow, shaped(origins, directions, origins[:, 0]), *given)
+    def forward(*given: Any) -> Any:
+        found = results(*given)
+        return found, (*given, found[0])
 
-        def forward(*given: Any) -> Any:
-            found = ends(*given)
-            return found, (*given, found[0])
+    def backward(kept: Any, by: Any) -> Any:
+        return called(function.pull_back, _shaped(jax, *kept[:-1]), *kept, *by)
 
-        def backward(kept: Any, by: Any) -> Any:
-            return called(model.pull_back, shaped(*kept[:-1]), *kept, *by)
-
-        ends.defvjp(forward, backward)
-        return ends  # type: ignore[no-any-return, unused-ignore]
-
-    def real(given: Any) -> Any:
-        """Converts to real numbers, also from integers: the type of the starts determines the type
-        of the ends."""
-        array = numpy.asarray(given)
-        return array.astype(numpy.result_type(array, float))
-
-    def with_starts(index: Any, origins: Any = None, directions: Any = None) -> Any:
-        names, given = _flat(index, build)
-        values = list(map(real, given))
-        starts = [real(own if start is None else start) for own, start in zip(rays.starts, (origins, directions))]
-        return differentiable(names)(*values, *_checked(rays, build, values, starts, numpy.broadcast_to))
-
-    return with_starts
+    results.defvjp(forward, backward)
+    return results  # type: ignore[no-any-return, unused-ignore]
 
 
 def _checked(rays: "Rays", build: Optional[Build], values: Sequence[Any], starts: Sequence[Any], broadcast_to: Callable[..., Any]) -> Tuple[Any, Any]:

@@ -30,11 +30,13 @@ from ._losses import Kind, Squares, sum_of_losses
 from ._morgana import Field, Scene
 from ._numbers import numbers
 from ._ray_arguments import Box, box_corners, exit_plane, ray_starts
+from ._screens import Background, Picture, PictureGradient, PictureLoss, Screen
 from ._system import Aperture, Conic, Cylinder, GradError, Layout, Plane, Sphere, System, finite, triple, unit
 from ._values import alike
 
 __all__ = [
     "Aperture",
+    "Background",
     "BosData",
     "Camera",
     "Change",
@@ -45,8 +47,12 @@ __all__ = [
     "GradError",
     "Gradient",
     "LeastSquares",
+    "Picture",
+    "PictureGradient",
+    "PictureLoss",
     "Plane",
     "Rays",
+    "Screen",
     "Sphere",
     "System",
     "parameters",
