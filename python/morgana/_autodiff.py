@@ -97,7 +97,7 @@ class Model(NamedTuple):
 
 def torch_function(rays: "Rays", build: Optional[Build]) -> Callable[..., Any]:
     """Returns the function of CPU tensors for :meth:`morgana.grad.Rays.torch`."""
-    torch = _library("torch")
+    torch = library("torch")
     follow = _differentiable_by_torch(torch)
 
     def ends(index: Any, origins: Any = None, directions: Any = None) -> Any:
@@ -113,7 +113,7 @@ def torch_function(rays: "Rays", build: Optional[Build]) -> Callable[..., Any]:
 
 def torch_picture(model: PictureFunction) -> Callable[..., Any]:
     """Returns the function of CPU tensors for ``torch`` of screens and backgrounds."""
-    torch = _library("torch")
+    torch = library("torch")
     follow = _differentiable_by_torch(torch)
 
     def picture(positions: Any, values: Any) -> Any:
@@ -194,7 +194,7 @@ def _differentiable_by_torch(torch: Any) -> Callable[..., Any]:
 
 def jax_function(rays: "Rays", build: Optional[Build]) -> Callable[..., Any]:
     """Returns the function for :meth:`morgana.grad.Rays.jax`."""
-    jax = _library("jax")
+    jax = library("jax")
     numpy = importlib.import_module("jax.numpy")
 
     def shapes(*given: Any) -> Any:
@@ -216,7 +216,7 @@ def jax_function(rays: "Rays", build: Optional[Build]) -> Callable[..., Any]:
 
 def jax_picture(model: PictureFunction) -> Callable[..., Any]:
     """Returns the function for ``jax`` of screens and backgrounds."""
-    jax = _library("jax")
+    jax = library("jax")
     numpy = importlib.import_module("jax.numpy")
 
     def shapes(positions: Any, values: Any) -> Any:
@@ -292,8 +292,9 @@ def _flat(index: Any, build: Optional[Build]) -> Tuple[Tuple[str, ...], Tuple[An
     return tuple(index), tuple(index.values())
 
 
-def _library(name: str) -> Any:
+def library(name: str, extra: Optional[str] = None) -> Any:
+    """Imports an optional library, or raises an error that names its extra."""
     try:
         return importlib.import_module(name)
     except ImportError:
-        raise GradError(f"this needs {name}: {advice(name)}") from None
+        raise GradError(f"this needs {name}: {advice(extra or name)}") from None

@@ -29,8 +29,9 @@ from ._ends import Change, Ends, Gradient, LeastSquares
 from ._losses import Kind, Squares, sum_of_losses
 from ._morgana import Field, Scene
 from ._numbers import numbers
+from ._raster import Picture, PictureGradient, PictureLoss
 from ._ray_arguments import Box, box_corners, exit_plane, ray_starts
-from ._screens import Background, Picture, PictureGradient, PictureLoss, Screen
+from ._screens import Background, Screen
 from ._system import Aperture, Conic, Cylinder, GradError, Layout, Plane, Sphere, System, finite, triple, unit
 from ._values import alike
 

@@ -111,6 +111,16 @@ def test_screens_and_backgrounds_are_transposes():
     assert np.sum(light * image) == pytest.approx(np.sum(power * seen), rel=1e-12)
 
 
+def test_an_unknown_image_solves_a_sparse_system():
+    pytest.importorskip("scipy")
+    points, image, back = points_on(screen(), margin=0.5), RNG.random((7, 9)), wall("cubic", lens=4)
+    to_picture = back.matrix(points)
+    np.testing.assert_allclose(to_picture @ image.ravel(), back.picture(points, image).values, atol=1e-14)
+    points[5] = np.nan
+    lost = back.matrix(points).toarray()
+    assert not lost[1].any() and np.array_equal(np.delete(lost, 1, axis=0), np.delete(to_picture.toarray(), 1, axis=0))
+
+
 def test_a_uniform_index_gives_the_unbent_picture():
     raster, back = screen(size=(24, 20)), wall(size=(24, 20))
     uniform, image = np.full((3, 3, 3), 1.0), RNG.random((20, 24))

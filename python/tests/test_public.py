@@ -182,6 +182,8 @@ def samples():
     wall = morgana.grad.Plane((0, 0, 3), (0, 0, 1))
     singlet = morgana.lens.Prescription([morgana.lens.Surface(50.0, 5.0, "F2"), morgana.lens.Surface(thickness=70.0)], entrance_pupil=8.0)
     unit_box = ((-1, -1, -1), (1, 1, 1))
+    background = morgana.grad.Background((0, 0, 1), (2, 0, 0), (0, 2, 0), (2, 2))
+    at_wall = [[0, 0, 1]]
     return [
         bundle,
         bundle.forward(np.full((4, 4, 4), 1.2)),
@@ -198,6 +200,11 @@ def samples():
         morgana.reconstruct.posterior(bundle, np.full((4, 4, 4), 1.2), optical_lengths=[1.0], optical_length_noise=0.1, smoothness=1.0),
         camera,
         morgana.grad.BosData.of_camera(camera, np.zeros((3, 4, 2)), background=wall, noise=0.1, box=unit_box),
+        background,
+        morgana.grad.Screen((0, 0, 3), (2, 0, 0), (0, 2, 0), (2, 2)),
+        background.picture(at_wall, np.ones((2, 2))),
+        background.vjp(at_wall, np.ones((2, 2)), [1.0]),
+        background.least_squares(bundle, 1.2 * np.ones((4, 4, 4)), [1.0], np.ones((2, 2))),
         morgana.grad.GradError("no box"),
         singlet,
         singlet.surfaces[0],
