@@ -27,9 +27,9 @@ class Screen(Raster):
     """Screen that light falls on: the irradiance of its pixels, such as a caustic.
 
     Each ray carries a power, which a kernel shares among the pixels around its end. The picture is
-    therefore differentiable by the ends. The power of a ray that ends at least a pixel (two, if
-    ``kernel`` is ``"cubic"``) within the edges is conserved exactly. At the edges, a part falls
-    beside the screen.
+    therefore differentiable by the ends. The whole power of a ray arrives if the ray ends at least
+    half a pixel within the edges, or 1.5 pixels if ``kernel`` is ``"cubic"``. Closer to the edges, a
+    part falls beside the screen.
 
     Parameters
     ----------
