@@ -87,7 +87,7 @@ class Camera:
         focus_distance: Optional[float] = None,
     ) -> None:
         self._matrix = _intrinsic(matrix)
-        self._size = _size(size)
+        self._size = image_size(size)
         self._rotation = np.eye(3) if rotation is None else _rotation(rotation)
         self._translation = finite(translation, "translation")
         self._distortion = numbers(distortion, "distortion").ravel()
@@ -158,7 +158,7 @@ class Camera:
             raise GradError(f"up is {np.asarray(up).tolist()} but must not be along the view")
         right = right / np.linalg.norm(right)
         rotation = np.stack([right, np.cross(forward, right), forward])
-        columns, rows = _size(size)
+        columns, rows = image_size(size)
         if (fov is None) == (width is None):
             raise GradError("give either fov for a perspective camera, or width for parallel rays")
         if fov is not None and not 0 < checks.positive(fov, "fov") <= 179:
@@ -471,7 +471,8 @@ def _intrinsic(matrix: ArrayLike) -> Doubles:
     return found
 
 
-def _size(size: Sequence[int]) -> Tuple[int, int]:
+def image_size(size: Sequence[int]) -> Tuple[int, int]:
+    """Returns the width and height of an image in pixels, or raises an error."""
     try:
         width, height = size
     except (TypeError, ValueError):

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _autodiff
 from . import _checks as checks
+from ._camera import image_size
 from ._morgana import Field
 from ._numbers import numbers, vectors
 from ._system import GradError, Plane, System, finite
@@ -102,9 +103,11 @@ class Tap(NamedTuple):
     pixel: NDArray[np.int64]
     """Number of the pixel, row by row."""
     weight: Doubles
+    """Weight of the pixel."""
     by_column: Doubles
     """Derivative of the weight by the column of the end."""
     by_row: Doubles
+    """Derivative of the weight by the row of the end."""
 
 
 class Raster:
@@ -115,11 +118,7 @@ class Raster:
 
     def __init__(self, center: ArrayLike, right: ArrayLike, down: ArrayLike, size: Sequence[int], kernel: str) -> None:
         self._center, self._right, self._down = finite(center, "center"), finite(right, "right"), finite(down, "down")
-        try:
-            width, height = size
-        except (TypeError, ValueError):
-            raise GradError(f"size is {checks.shown(size)} but must be (width, height) in pixels") from None
-        self._size = checks.whole(width, "the width in size", 1), checks.whole(height, "the height in size", 1)
+        self._size = image_size(size)
         lengths = float(np.linalg.norm(self._right)), float(np.linalg.norm(self._down))
         self._area = float(np.linalg.norm(np.cross(self._right, self._down)))
         if not self._area > 1e-9 * lengths[0] * lengths[1]:

@@ -1,7 +1,8 @@
-"""Derivatives of rays.
+"""Derivatives of rays, and of the pictures that they make.
 
 Derivatives are by the samples of a refractive index, the parameters of fields and of lenses, the
-starts of the rays, and their exit plane.
+starts of the rays, and their exit plane. :class:`Screen` and :class:`Background` have derivatives
+of pictures.
 
     >>> import morgana.grad
     >>> rays = morgana.grad.Rays(origins, directions, box=((-1, -1, -1), (1, 1, 1)), exit=morgana.grad.Plane((0, 0, 5), (0, 0, 1)))
