@@ -35,7 +35,7 @@ pub(super) fn named(query: &mut Query) -> Option<Named> {
         query.error("tissue", message);
     }
     if matches!(tissue, Tissue::Measured(_)) {
-        let contents = ["blood", "saturation", "water"];
+        let contents = ["blood", "saturation", "water", "fat", "melanin"];
         if let Some(name) = contents.into_iter().find(|name| query.has(name)) {
             let message = format!("the absorption of '{}' is measured: leave it out", name);
             query.error(name, message);
@@ -46,6 +46,8 @@ pub(super) fn named(query: &mut Query) -> Option<Named> {
         blood: share("blood"),
         saturation: share("saturation"),
         water: share("water"),
+        fat: share("fat"),
+        melanin: share("melanin"),
     };
     Some(Named {
         name,
@@ -92,11 +94,15 @@ impl Named {
             context.error_at(&object.location, message);
             return None;
         };
-        let [low, high] = self.tissue.range();
+        let [low, high] = self.tissue.range(self.content);
         if let Some(nm) = wavelengths.iter().find(|nm| !(low..=high).contains(*nm)) {
             let message = format!(
-                "'{}' is known from {low} to {high} nm, not at {nm} nm",
-                self.name
+                "'{}'{} is known from {low} to {high} nm, not at {nm} nm",
+                self.name,
+                match self.tissue {
+                    Tissue::Mean { .. } => " with this content",
+                    Tissue::Measured(_) => "",
+                }
             );
             context.error_at(&object.location, message);
             return None;

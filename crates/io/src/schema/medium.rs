@@ -47,6 +47,12 @@ const SCATTERING: &[Parameter] = &[
     float("water", "fraction of the tissue's volume")
         .within(0.0, 1.0)
         .or(0.0),
+    float("fat", "fraction of the tissue's volume")
+        .within(0.0, 1.0)
+        .or(0.0),
+    float("melanin", "fraction of the tissue's volume in melanosomes")
+        .within(0.0, 1.0)
+        .or(0.0),
     float(
         "volume_fraction",
         "fraction of the volume that the spheres of a phase function mie fill, instead of \

@@ -28,11 +28,13 @@ const PARAMETERS: &[(PluginKind, &[&str])] = &[
         &[
             "blood",
             "emission",
+            "fat",
             "fluorescence_wavelengths",
             "fluorophore_sigma_a",
             "ior",
             "lifetime",
             "material",
+            "melanin",
             "metres_per_unit",
             "number_density",
             "quantum_yields",

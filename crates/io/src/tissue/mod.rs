@@ -3,7 +3,7 @@
 
 mod tables;
 
-use tables::{HAEMOGLOBIN, RANGE, WATER};
+use tables::{FAT, HAEMOGLOBIN, RANGE, WATER};
 
 /// Concentration of haemoglobin in whole blood in mol/l: 150 g/l at 64 500 g/mol.
 const HAEMOGLOBIN_IN_BLOOD: f64 = 150.0 / 64_500.0;
@@ -73,12 +73,15 @@ const fn mean(at_500: f64, rayleigh: f64, mie: f64) -> Tissue {
     }
 }
 
-/// Absorbers in a tissue: volume fractions of blood and water, and the blood's oxygen saturation.
+/// Absorbers in a tissue: volume fractions of blood, water, fat and melanosomes, and the blood's
+/// oxygen saturation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Content {
     pub blood: f64,
     pub saturation: f64,
     pub water: f64,
+    pub fat: f64,
+    pub melanin: f64,
 }
 
 impl Tissue {
@@ -94,11 +97,12 @@ impl Tissue {
         }
     }
 
-    /// Returns the range of wavelengths in nm at which the tissue is known.
-    pub(crate) fn range(self) -> [f64; 2] {
+    /// Returns the range of wavelengths in nm at which the tissue with a content is known.
+    pub(crate) fn range(self, content: Content) -> [f64; 2] {
         match self {
+            Tissue::Mean { .. } if content.fat > 0.0 => range(&FAT),
             Tissue::Mean { .. } => RANGE,
-            Tissue::Measured(rows) => [rows[0][0], rows[rows.len() - 1][0]],
+            Tissue::Measured(rows) => range(rows),
         }
     }
 
@@ -132,8 +136,27 @@ impl Content {
         let molar = s * extinction(0) + (1.0 - s) * extinction(1);
         let blood = std::f64::consts::LN_10 * molar * HAEMOGLOBIN_IN_BLOOD;
         let [water] = between(&WATER, nm);
-        (self.blood * blood + self.water * water) / MM_PER_CM
+        let fat = if self.fat > 0.0 {
+            let [fat] = between(&FAT, nm);
+            self.fat * fat
+        } else {
+            0.0
+        };
+        let melanin = self.melanin * melanosome(nm);
+        (self.blood * blood + self.water * water + fat + melanin) / MM_PER_CM
     }
+}
+
+/// Returns the absorption coefficient inside a melanosome of the skin in 1/cm. Source: S. L. Jacques,
+/// "Melanosome absorption coefficient", Oregon Medical Laser Center (1998). Concentrations of melanin
+/// in melanosomes vary tenfold.
+fn melanosome(nm: f64) -> f64 {
+    1.70e12 * nm.powf(-3.48)
+}
+
+/// Returns the range of the first column of a table.
+fn range<const N: usize>(rows: &[[f64; N]]) -> [f64; 2] {
+    [rows[0][0], rows[rows.len() - 1][0]]
 }
 
 /// Interpolates the other columns of a table linearly at a value `x` of the first column, which

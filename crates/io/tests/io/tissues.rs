@@ -91,6 +91,24 @@ fn coefficients_are_those_of_the_tables() {
     near(properties(&loaded, 1, 1), [36.0, 0.105]);
 }
 
+/// Fat at 930 nm absorbs 0.131/cm, melanosomes at 500 nm 1.70e12 · 500^−3.48/cm. Absorption of fat at
+/// 935 nm is the mean of its rows at 930 and 940 nm.
+#[test]
+fn fat_and_melanin_absorb() {
+    let mut media = ["fatty tissue"; 2].map(|name| holding(name, 0.0, 0.0, 0.0));
+    media[0]["fat"] = json!(0.8);
+    media[1]["melanin"] = json!(0.02);
+    let loaded = load(&scene(&media, "930, 935, 500")).unwrap();
+    let absorbed = |i, channel| properties(&loaded, i, channel)[1];
+    let fat = [absorbed(0, 0), absorbed(0, 1)];
+    near(fat, [0.8 * 0.0131, 0.8 * 0.5 * (0.0131 + 0.008754)]);
+    let melanosome = 0.1 * 688.7051115;
+    near([absorbed(1, 2); 2], [0.02 * melanosome; 2]);
+    let found = load(&scene(&media, "440")).unwrap_err();
+    let expected = "'fatty tissue' with this content is known from 450 to 1000 nm, not at 440 nm";
+    assert!(found.contains(expected), "{found}");
+}
+
 /// Scattering has g = 0.9, so that (1 − g) σ_s is the reduced coefficient; `scale` is for scenes
 /// that are not in millimetres.
 #[test]
@@ -128,7 +146,7 @@ fn mistakes() {
         ),
         (
             message(tissue("bone"), "800, 1200"),
-            "'bone' is known from 400 to 1000 nm, not at 1200 nm",
+            "'bone' with this content is known from 400 to 1000 nm, not at 1200 nm",
         ),
         (message(tissue("gray matter"), "532"), "from 670 to 1064 nm"),
         (message(with("sigma_a", json!(1)), "800"), "not several"),
