@@ -21,7 +21,7 @@ SOURCE = {
 
 FORWARD = {"tstart": "T0", "tend": "T1", "tstep": "Dt"}
 
-OUTPUT = ("flux", "fluence", "energy")
+OUTPUT = ("flux", "fluence", "energy", "rf")
 """Accepted values of ``outputtype``."""
 
 SESSION = {
@@ -58,13 +58,13 @@ def load_mcx(cfg: Mapping[str, Any], /, *, weight_windows: bool = False, pattern
         g and n), ``prop`` (rows of mua, mus, g, n), ``srcpos``, ``srcdir``.
         Optional are ``srctype``, ``srcparam1``, ``srcparam2``, ``srcpattern`` (``[column, row]``, or
         ``[pattern, column, row]`` with ``pattern``), ``angleinvcdf``, ``srcid``, ``nphoton``, ``tstart``,
-        ``tend``, ``tstep``, ``unitinmm``, ``invcdf``, ``isreflect``, ``issrcfrom0`` (0, as in MCX: the
-        first voxel begins at 1, 1, 1), and ``bc`` with mirrors ``m``, or letters that agree with
+        ``tend``, ``tstep``, ``unitinmm``, ``invcdf``, ``isreflect``, ``omega`` (rad/s, adds amplitude
+        and phase of modulated light), ``issrcfrom0`` (0, as in MCX: the first voxel begins at 1, 1, 1), and ``bc`` with mirrors ``m``, or letters that agree with
         ``isreflect``. ``shapes`` (a JSON text, or its decoded value) are drawn into ``vol``.
         Several sources are rows of ``srcpos``, with their weight as fourth number, of ``srcdir``
         and of the parameters. Detectors ``detpos`` (rows of x, y, z, radius) are meters that keep
         at most ``maxdetphoton`` records each: ``Result.records["detector1"]``. ``outputtype`` has
-        no effect; a warning says where to find the values of ``flux`` and ``energy``. Settings of
+        no effect; a warning says where to find the values of ``flux``, ``energy`` and ``rf``. Settings of
         devices, files and messages have no effect, nor does ``seed``, which is an argument of
         :func:`render`.
     weight_windows : bool, optional
@@ -118,6 +118,8 @@ def load_mcx(cfg: Mapping[str, Any], /, *, weight_windows: bool = False, pattern
         source["Pattern"] = np.ascontiguousarray(numbers(left.pop("srcpattern"), "cfg['srcpattern']"))
     if pattern:
         source["PatternID"] = pattern
+    if "omega" in left:
+        source["Frequency"] = real(left.pop("omega"), "omega", "an angular frequency in rad/s") / (2 * np.pi)
     source.update(_quantiles(left, "angleinvcdf"))
     forward = _taken(left, FORWARD)
     if "tend" in cfg and "tstep" not in cfg:

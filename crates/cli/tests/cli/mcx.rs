@@ -153,6 +153,49 @@ fn light_that_leaves() {
     assert!(folder.files().contains(&"cube_detp.jdb".to_owned()));
 }
 
+/// Light modulated at frequency f has the complex fluence ∫ exp(−(μ_a + 2πi f n/c) z) dz in a voxel of
+/// unit area.
+#[test]
+fn modulated_light() {
+    let mut input = input();
+    input["Optode"]["Source"]["Frequency"] = json!(2e10);
+    let folder = folder(&input, &[1; 24]);
+    folder.succeed("mcx -f input.json -F mc2 -O R");
+    let found = numbers(&folder);
+    assert_eq!(found.len(), 2 * 24);
+    let wave_number = std::f64::consts::TAU * 2e10 / 2.997_924_58e11;
+    for k in 0..4 {
+        // ∫ exp(−(μ − i w) z) dz by the midpoint rule. The source is a voxel before the volume.
+        let steps = 1000;
+        let parts = (0..steps).map(|i| {
+            let z = 0.5 * (k as f64 + (i as f64 + 0.5) / f64::from(steps));
+            let phase = wave_number * (z + 0.5);
+            [phase.cos(), -phase.sin()].map(|part| part * (-0.5 * z).exp())
+        });
+        let sums = parts.fold([0.0; 2], |[a, b], [c, d]| [a + c, b + d]);
+        let place = 1 + 6 * k;
+        let tolerance = TOLERANCE * 1e9 * fluence(k);
+        for (part, sum) in sums.into_iter().enumerate() {
+            let expected = 1e9 * sum * 0.5 / f64::from(steps) / 0.125;
+            let value = found[24 * part + place];
+            assert!(
+                (value - expected).abs() < tolerance,
+                "{part} {k}: {value} {expected}"
+            );
+        }
+    }
+    folder.succeed("mcx -f input.json -F jnii -O R");
+    let written: Value = serde_json::from_slice(&folder.read("cube.jnii")).unwrap();
+    let size = &written["NIFTIData"]["_ArraySize_"];
+    assert_eq!(*size, json!([3, 2, 4, 1, 1, 2]));
+    let steady = self::folder(&self::input(), &[1; 24]);
+    let told = steady.fail(1, "mcx -f input.json -O R");
+    assert!(
+        told.contains("R needs the Frequency of the modulation"),
+        "{told}"
+    );
+}
+
 /// Each pattern lights another column of voxels; its light has one joule.
 #[test]
 fn several_patterns() {

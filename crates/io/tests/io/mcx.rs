@@ -133,6 +133,10 @@ fn other_outputs_are_told() {
         ("F", None),
         ("X", Some("divide 'fluence' by the width of a time gate")),
         ("energy", Some("for the energy density, read 'absorbed'")),
+        (
+            "rf",
+            Some("divide 'fluence_in_phase' − i 'fluence_quadrature'"),
+        ),
         ("J", Some("morgana measures nothing else")),
     ] {
         let mut other = input();
@@ -141,6 +145,26 @@ fn other_outputs_are_told() {
         let expected = told.map_or(warnings.is_empty(), |told| warnings.contains(told));
         assert!(expected, "{kind}: {warnings}");
     }
+}
+
+/// A modulated source makes the voxels and the detectors measure amplitude and phase.
+#[test]
+fn modulated_sources() {
+    let mut modulated = input();
+    modulated["Optode"]["Detector"] = json!([{"Pos": [2, 4, 0], "R": 1}]);
+    modulated["Optode"]["Source"]["Frequency"] = json!(1e8);
+    let loaded = load(&modulated).unwrap();
+    assert_eq!(loaded.instruments.len(), 2);
+    for instrument in &loaded.instruments {
+        let domain = instrument.meter.frequency_domain().unwrap();
+        assert_eq!(domain.hertz(), [1e8]);
+    }
+    modulated["Optode"]["Source"]["Frequency"] = json!(0);
+    let steady = load(&modulated).unwrap();
+    assert!(steady.instruments[0].meter.frequency_domain().is_none());
+    modulated["Optode"]["Source"]["Frequency"] = json!(-1e8);
+    let told = load(&modulated).unwrap_err();
+    assert!(told.contains("must be the modulation in Hz"), "{told}");
 }
 
 /// `DoMismatch` alone determines whether entering light is reflected.

@@ -51,7 +51,8 @@ Run:
   --srcid N              a single source
 Output:
   -s, --session NAME     beginning of the names of all files
-  -O, --outputtype X|F|E fluence rate, fluence, or deposited energy
+  -O, --outputtype X|F|E|R fluence rate, fluence, deposited energy, or the
+                         complex fluence rate of modulated light
   -F, --outputformat NAME  jnii, bnii or mc2
   -U, --normalize 0|1    results for one joule, or for all photons
   -S, --save2pt 0|1      write the volume

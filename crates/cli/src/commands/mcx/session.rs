@@ -22,6 +22,8 @@ enum Quantity {
     Fluence,
     /// Deposited energy of a voxel, per joule.
     Energy,
+    /// Complex fluence rate of modulated light, per joule, in 1/(mm² s).
+    Modulated,
 }
 
 /// Format of files (option -F).
@@ -58,7 +60,7 @@ pub(super) struct Session {
 pub(super) struct RunVolume {
     /// Numbers of voxels along x, y, z.
     size: [usize; 3],
-    /// Values with x fastest, then y, z and time gates.
+    /// Values with x fastest, then y, z, time gates, and the real and imaginary parts.
     values: Vec<f64>,
 }
 
@@ -117,6 +119,11 @@ impl Session {
         let seed = line.seed.or(seed).unwrap_or(0);
         if seed < 0 {
             notes.push("a negative seed counts as 0: equal seeds give equal files".to_owned());
+        }
+        if quantity == Quantity::Modulated && saves_reflectance {
+            let message =
+                "DoSaveRef (-X) does not go with OutputType (-O) R: records give modulated light";
+            return Err(CommandError::Usage(message.into()));
         }
         let faces = faces(session);
         set(session, "DoPartialPath", json!(u8::from(saves_photons)));
@@ -232,10 +239,14 @@ impl Session {
         if !self.saves_volume {
             return Ok(None);
         }
-        let array = self.reading(loaded, measurement, true)?;
-        let size = size(&array);
-        let scale = self.scale(measurement);
-        let mut values: Vec<f64> = array.data.iter().map(|v| v * scale).collect();
+        let mut size = [0; 3];
+        let mut values = Vec::new();
+        for &(name, sign) in self.quantity.readings() {
+            let array = self.reading(name, loaded, measurement, true)?;
+            let scale = sign * self.scale(measurement);
+            size = self::size(&array);
+            values.extend(array.data.iter().map(|v| v * scale));
+        }
         if self.saves_reflectance {
             self.add_reflectance(loaded, measurement, size, &mut values);
         }
@@ -248,21 +259,29 @@ impl Session {
             return Err(CommandError::Runtime("the input has no volume".into()));
         };
         let [x, y, z] = *size;
-        let gates = values.len() / (x * y * z).max(1);
+        let parts = self.quantity.readings().len();
+        let of_part = values.len() / parts;
+        let gates = of_part / (x * y * z).max(1);
         let path = match self.format {
             Format::Jnii => self.file(".jnii"),
             Format::Bnii => self.file(".bnii"),
             Format::Mc2 => self.file(".mc2"),
         };
-        let shape = vec![x, y, z, gates, volumes.len()];
+        let mut shape = vec![x, y, z, gates, volumes.len()];
+        if parts > 1 {
+            shape.push(parts);
+        }
         let of_all: Vec<f64> = match self.format {
             // Patterns run fastest.
             Format::Mc2 => (0..values.len())
                 .flat_map(|i| volumes.iter().map(move |volume| volume.values[i]))
                 .collect(),
-            _ => volumes
-                .iter()
-                .flat_map(|v| v.values.iter().copied())
+            _ => (0..parts)
+                .flat_map(|part| {
+                    let range = part * of_part..(part + 1) * of_part;
+                    let volumes = volumes.iter();
+                    volumes.flat_map(move |volume| volume.values[range.clone()].iter().copied())
+                })
                 .collect(),
         };
         let packed = PackedArray::new(Element::F32, shape, true, of_all);
@@ -276,7 +295,7 @@ impl Session {
         let image = JniftiImage {
             values: packed,
             frame: VolumeFrame::of_box([glam::DVec3::ZERO, edges.into()], [x, y, z]),
-            steps: &[self.gate[1], 1.0],
+            steps: &[self.gate[1], 1.0, 1.0][..if parts > 1 { 3 } else { 2 }],
             unit: Some("mm"),
             name: &name,
             description: self.quantity.description(),
@@ -291,14 +310,15 @@ impl Session {
 
     /// Returns the number of voxels along x, y, z.
     fn size(&self, loaded: &Loaded, measurement: &Measurement) -> [usize; 3] {
-        let reading = self.reading(loaded, measurement, false);
+        let reading = self.reading("fluence", loaded, measurement, false);
         reading.map_or([0; 3], |array| size(&array))
     }
 
-    /// Returns the reading of the voxels, `[gate, z, y, x]` or `[z, y, x]`. Without `values` it has
-    /// no elements.
+    /// Returns a reading of the voxels, whose last axes are `[gate, z, y, x]` or `[z, y, x]`. Without
+    /// `values` it has no elements.
     fn reading(
         &self,
+        name: &str,
         loaded: &Loaded,
         measurement: &Measurement,
         values: bool,
@@ -309,16 +329,18 @@ impl Session {
             channels: &loaded.channel_names,
             meter: None,
         };
-        let name = match self.quantity {
-            Quantity::Energy => "absorbed",
-            Quantity::Flux | Quantity::Fluence => "fluence",
-        };
         let is_it = |other: &str| other == name || other.strip_prefix("cells.") == Some(name);
         let found = list(&context, &|name| values && is_it(name)).into_iter();
         let mut found = found.filter(|array| is_it(&array.name) && array.shape.len() >= 3);
-        found
-            .next()
-            .ok_or_else(|| CommandError::Runtime("the input has no volume".into()))
+        found.next().ok_or_else(|| {
+            CommandError::Runtime(match self.quantity {
+                Quantity::Modulated => {
+                    "OutputType (-O) R needs the Frequency of the modulation, in Optode.Source"
+                        .into()
+                }
+                _ => "the input has no volume".into(),
+            })
+        })
     }
 
     /// Returns the factor from the reading to the written values.
@@ -326,11 +348,13 @@ impl Session {
         let voxel = self.unit.powi(3);
         let photons = measurement.particles as f64;
         match (self.quantity, self.is_normalized) {
-            (Quantity::Flux, true) => 1.0 / self.gate[1],
+            (Quantity::Flux | Quantity::Modulated, true) => 1.0 / self.gate[1],
             (Quantity::Fluence, true) => 1.0,
             (Quantity::Energy, true) => voxel,
             // MCX adds up lengths in voxels.
-            (Quantity::Flux | Quantity::Fluence, false) => photons * voxel / self.unit,
+            (Quantity::Flux | Quantity::Fluence | Quantity::Modulated, false) => {
+                photons * voxel / self.unit
+            }
             (Quantity::Energy, false) => photons * voxel,
         }
     }
@@ -346,7 +370,7 @@ impl Session {
     ) {
         let per_weight = match self.quantity {
             Quantity::Energy => 1.0,
-            Quantity::Flux | Quantity::Fluence => self.unit.powi(-2),
+            _ => self.unit.powi(-2),
         };
         let scale = match self.quantity {
             Quantity::Energy => self.scale(measurement) / self.unit.powi(3),
@@ -405,6 +429,19 @@ impl Quantity {
             Quantity::Flux => "fluence rate per joule (1/(mm^2 s))",
             Quantity::Fluence => "fluence per joule (1/mm^2)",
             Quantity::Energy => "deposited energy of a voxel per joule",
+            Quantity::Modulated => {
+                "complex fluence rate per joule (1/(mm^2 s)): real parts, then imaginary parts"
+            }
+        }
+    }
+
+    /// Returns the readings with their signs: the real part, and the imaginary part if there is one.
+    /// Light that lags by φ has the phase −φ in MCX.
+    fn readings(self) -> &'static [(&'static str, f64)] {
+        match self {
+            Quantity::Flux | Quantity::Fluence => &[("fluence", 1.0)],
+            Quantity::Energy => &[("absorbed", 1.0)],
+            Quantity::Modulated => &[("fluence_in_phase", 1.0), ("fluence_quadrature", -1.0)],
         }
     }
 }
@@ -414,8 +451,9 @@ fn quantity(name: &str) -> Result<Quantity, CommandError> {
         Some('X') => Ok(Quantity::Flux),
         Some('F') => Ok(Quantity::Fluence),
         Some('E') => Ok(Quantity::Energy),
+        Some('R') => Ok(Quantity::Modulated),
         _ => Err(CommandError::Usage(format!(
-            "OutputType (-O) {name}: give X (fluence rate), F (fluence) or E (deposited energy); for derivatives use \
+            "OutputType (-O) {name}: give X (fluence rate), F (fluence), E (deposited energy) or R (complex fluence rate of modulated light); for derivatives use \
              'derivatives' of a scene (docs/guides/inverse-problems.md), for path lengths the columns of detected photons (-w)"
         ))),
     }

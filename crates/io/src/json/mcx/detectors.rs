@@ -1,14 +1,14 @@
 //! Detectors: meters, with records, of the light that leaves the volume near them.
 
 use super::super::tree::{Json, Node};
-use super::{Place, Reader, field, numbers};
+use super::{Place, Reader, Settings, field, numbers};
 use serde_json::{Value, json};
 
 /// Makes the meters for a list of detectors.
 pub(super) fn meters(
     node: &Node,
     place: &Place,
-    settings: &Recording,
+    settings: &Settings,
     reader: &mut Reader,
 ) -> Vec<Value> {
     let found: Vec<[f64; 4]> = match &node.json {
@@ -64,16 +64,18 @@ fn one(node: &Node, reader: &mut Reader) -> Option<[f64; 4]> {
     Some([x, y, z, radius])
 }
 
-fn meter([x, y, z, radius]: [f64; 4], place: &Place, settings: &Recording) -> Value {
+fn meter([x, y, z, radius]: [f64; 4], place: &Place, settings: &Settings) -> Value {
+    let recording = &settings.recording;
     let mut meter = json!({
         "type": "irradiancemeter",
         "normalization": "per_watt",
         "center": place.of([x, y, z]),
         "radius": radius * place.unit,
-        "records": settings.wanted,
+        "records": recording.wanted,
     });
-    if settings.wanted {
-        meter["max_records"] = json!(settings.most);
+    if recording.wanted {
+        meter["max_records"] = json!(recording.most);
     }
+    settings.modulate(&mut meter);
     meter
 }

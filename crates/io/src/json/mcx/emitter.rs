@@ -16,7 +16,7 @@ use std::sync::Arc;
 const MIN_DEVIATION: f64 = 1e-6;
 const MAX_DEVIATION: f64 = 10.0;
 /// Fields of a source that morgana reads.
-const READ: [&str; 11] = [
+const READ: [&str; 12] = [
     "Type",
     "Pos",
     "Dir",
@@ -28,6 +28,7 @@ const READ: [&str; 11] = [
     "SrcNum",
     "ID",
     "AngleInverseCDF",
+    "Frequency",
 ];
 /// Sources whose light MCX focuses.
 const FOCUSED: [&str; 10] = [

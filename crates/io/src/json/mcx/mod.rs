@@ -111,10 +111,10 @@ pub(super) fn scene(root: &Node, limits: Limits, diagnostics: &mut Diagnostics) 
         reader.error(optode, "Optode needs a Source");
     }
     let sources = source.and_then(|s| emitter::emitters(s, &place, labels, &mut reader));
-    let settings = reader.settings(root);
+    let settings = reader.settings(root, source);
     let detectors = field(optode, "Detector");
     let detectors = detectors.map_or_else(Vec::new, |node| {
-        detectors::meters(node, &place, &settings.recording, &mut reader)
+        detectors::meters(node, &place, &settings, &mut reader)
     });
     if reader.diagnostics.error_count() > errors {
         return None;
@@ -225,11 +225,21 @@ struct Settings {
     /// True if a meter `surface` keeps records of all light that leaves.
     measures_surface: bool,
     recording: Recording,
+    /// Frequency in Hz at which the power of the source is modulated, or 0.
+    frequency: f64,
 }
 
 impl Settings {
     fn sampler(&self) -> Value {
         json!({"type": "independent", "sample_count": self.photons})
+    }
+
+    /// Makes a meter measure amplitude and phase, if the source is modulated.
+    fn modulate(&self, meter: &mut Value) {
+        if self.frequency > 0.0 {
+            meter["metres_per_unit"] = json!(1e-3);
+            meter["modulation_frequencies"] = json!([self.frequency]);
+        }
     }
 }
 
@@ -251,6 +261,7 @@ fn cells(labels: &Labels, unit: f64, settings: &Settings) -> Value {
         cells["bin_width"] = json!(LIGHT * width);
         cells["weight_windows"] = json!(settings.weight_windows);
     }
+    settings.modulate(&mut cells);
     cells
 }
 

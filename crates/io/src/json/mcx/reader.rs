@@ -174,7 +174,7 @@ impl Reader<'_> {
         Tensor::new(vec![rows.len(), 4], numbers).map(Arc::new).ok()
     }
 
-    pub(super) fn settings(&mut self, root: &Node) -> Settings {
+    pub(super) fn settings(&mut self, root: &Node, source: Option<&Node>) -> Settings {
         let nothing = node(json!({}), &root.location);
         let session = field(root, "Session").unwrap_or(&nothing);
         let forward = field(root, "Forward").unwrap_or(&nothing);
@@ -234,7 +234,21 @@ impl Reader<'_> {
                 wanted: self.number_or(session, "DoPartialPath", 1.0) != 0.0,
                 most: self.number_or(session, "MaxDetPhoton", most).max(1.0) as i64,
             },
+            frequency: source.map_or(0.0, |source| self.frequency(source)),
         }
+    }
+
+    /// Returns the frequency in Hz at which a source is modulated, or 0.
+    fn frequency(&mut self, source: &Node) -> f64 {
+        let hertz = self.number_or(source, "Frequency", 0.0);
+        if hertz >= 0.0 && hertz.is_finite() {
+            return hertz;
+        }
+        let node = field(source, "Frequency").unwrap_or(source);
+        let message =
+            format!("Frequency is {hertz}, but must be the modulation in Hz: 1e8 for 100 MHz");
+        self.error(node, message);
+        0.0
     }
 }
 
@@ -317,6 +331,9 @@ impl Reader<'_> {
                 "for the fluence rate, divide 'fluence' by the width of a time gate in seconds"
             }
             "e" | "energy" => "for the energy density, read 'absorbed'",
+            "r" | "rf" => {
+                "for the complex fluence rate, divide 'fluence_in_phase' − i 'fluence_quadrature' by the width of a time gate in seconds"
+            }
             _ => "morgana measures nothing else",
         };
         let message = format!(
