@@ -49,8 +49,39 @@ def test_regions_are_chosen_by_name(tmp_path):
         morgana.load_tetrahedra(path, regions="x")
 
 
+def test_values_at_nodes_are_resampled():
+    """Light along z has the optical length of an index that increases along z: 2 × 1.45."""
+    mesh = block()
+    mesh.point_data["n"] = 1.4 + 0.05 * mesh.points[:, 2]
+    index = morgana.flow.sample(mesh, "n", shape=(3, 3, 5))
+    assert index.error.largest < 1e-6
+    medium = {"type": "homogeneous", "sigma_t": 0, "ior": index.volume("bspline")}
+    scene = {
+        "type": "scene", "integrator": {"type": "particle"}, "body": {**morgana.load_tetrahedra(mesh), "1": medium, "2": medium},
+        "beam": {"type": "collimated", "radius": 0.01, "power": 1, "to_world": [{"translate": [0.4, 0.6, 0]}]},
+        "behind": {
+            "type": "rectangle", "bsdf": {"type": "null"}, "to_world": [{"translate": [0, 0, 2.5]}],
+            "screen": {"type": "irradiancemeter", "id": "screen", "normalization": "per_watt", "records": True},
+        },
+    }
+    records = morgana.render(scene, particles=100, seed=1).records["screen"]
+    # A few particles are reflected to and fro.
+    assert np.median(records.optical_length) == pytest.approx(2 * 1.45 + 0.5, rel=1e-5)
+
+
+def test_files_of_gmsh_are_read(tmp_path):
+    meshio = pytest.importorskip("meshio")
+    path, mesh = tmp_path / "block.msh", block()
+    cells = [("tetra", mesh.cells_dict[10])]
+    tags = mesh.cell_data["tissue"].astype(np.int32)
+    meshio.write(path, meshio.Mesh(mesh.points, cells, cell_data={"gmsh:physical": [tags], "gmsh:geometrical": [tags]}), "gmsh22", binary=False)
+    read = morgana.load_tetrahedra(path)
+    assert sorted(map(tuple, read["nodes"])) == sorted(map(tuple, mesh.points))
+    assert (read["regions"] == tags).all()
+
+
 def test_files_without_tetrahedra_are_refused(tmp_path):
     path = tmp_path / "sphere.vtu"
     pyvista.Sphere().cast_to_unstructured_grid().save(path)
-    with pytest.raises(morgana.FileError, match="no tetrahedra"):
+    with pytest.raises(morgana.FileError, match="there are no tetrahedra"):
         morgana.load_tetrahedra(path)
