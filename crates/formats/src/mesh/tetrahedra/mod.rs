@@ -1,5 +1,9 @@
 //! Tetrahedra that belong to regions, and the surfaces between the regions.
 
+mod outer_surface;
+
+pub use outer_surface::Hole;
+
 use super::MeshData;
 use super::label_surfaces::PartSurface;
 use glam::DVec3;
@@ -67,6 +71,19 @@ pub enum TetrahedraError {
         /// Centre of the common face.
         place: DVec3,
     },
+    /// An element lies just outside an outer face of another one.
+    #[error(
+        "elements {first} and {second} touch or overlap at {place} without a common face: neighbours must \
+         share three nodes"
+    )]
+    Touch {
+        /// Number of the first element.
+        first: usize,
+        /// Number of the second element.
+        second: usize,
+        /// Position outside one element and inside the other.
+        place: DVec3,
+    },
 }
 
 /// Face of a tetrahedron.
@@ -82,8 +99,8 @@ impl Tetrahedra {
     /// each element. Nodes at equal positions become one node.
     ///
     /// # Errors
-    /// If there are no elements, numbers do not fit together, an element is flat, or neighbours
-    /// overlap.
+    /// If there are no elements, numbers do not fit together, an element is flat, or elements overlap
+    /// or touch without a common face.
     pub fn new(
         nodes: Vec<DVec3>,
         mut elements: Vec<[u32; 4]>,
@@ -121,7 +138,10 @@ impl Tetrahedra {
             elements,
             regions,
         };
-        made.neighbours()?;
+        let faces = made.neighbours()?.into_iter();
+        let outer = faces.filter(|(_, beyond)| beyond.is_none());
+        let outer: Vec<Face> = outer.map(|(face, _)| face).collect();
+        made.check_outside(&outer)?;
         Ok(made)
     }
 
@@ -134,6 +154,40 @@ impl Tetrahedra {
         counts
     }
 
+    /// Returns the positions of the nodes.
+    pub fn nodes(&self) -> &[DVec3] {
+        &self.nodes
+    }
+
+    /// Returns the four nodes of each tetrahedron.
+    pub fn elements(&self) -> &[[u32; 4]] {
+        &self.elements
+    }
+
+    /// Returns the region of each tetrahedron.
+    pub fn regions(&self) -> &[u32] {
+        &self.regions
+    }
+
+    /// Returns the tetrahedra beyond the faces opposite to the nodes of each tetrahedron.
+    pub fn adjacent(&self) -> Vec<[Option<u32>; 4]> {
+        let mut adjacent = vec![[None; 4]; self.elements.len()];
+        let mut set = |element: usize, face: [u32; 3], beyond: usize| {
+            let opposite = |node: &u32| !face.contains(node);
+            if let Some(k) = self.elements[element].iter().position(opposite) {
+                adjacent[element][k] = Some(beyond as u32);
+            }
+        };
+        // Neighbours were checked when the tetrahedra were made.
+        for (face, beyond) in self.neighbours().unwrap_or_default() {
+            if let Some(beyond) = beyond {
+                set(face.element, face.nodes, beyond);
+                set(beyond, face.nodes, face.element);
+            }
+        }
+        adjacent
+    }
+
     /// Returns the surfaces between all parts that touch. `part_of` gives the part of a region.
     /// Part 0 is everything outside the tetrahedra, and regions that `part_of` counts to it.
     pub fn surfaces(&self, part_of: impl Fn(u32) -> u8) -> Vec<PartSurface> {
@@ -144,6 +198,8 @@ impl Tetrahedra {
             let [own, beyond] = [parts[face.element], other.map_or(0, |i| parts[i])];
             if own != beyond {
                 let [a, b, c] = face.nodes;
+                // Planted error "surfaces of regions inside out", found by morgana-formats/lib::mesh::tetrahedra::tests::surfaces_enclose_their_regions_whatever_the_order_of_nodes:
+                // let outwards = own < beyond;
                 let outwards = own > beyond;
                 let triangle = if outwards { [a, b, c] } else { [a, c, b] };
                 let key = [own.max(beyond), own.min(beyond)];
@@ -238,11 +294,11 @@ fn center(nodes: &[DVec3], corners: &[u32]) -> DVec3 {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
     /// A cube of six tetrahedra around a diagonal; the first three are in region 1.
-    fn cube() -> (Vec<DVec3>, Vec<[u32; 4]>) {
+    pub(super) fn cube() -> (Vec<DVec3>, Vec<[u32; 4]>) {
         let corner =
             |i: u32| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2));
         let elements = [
@@ -287,6 +343,23 @@ mod tests {
         assert_eq!((one.len(), one[0].mesh.triangles.len()), (1, 12));
         assert_eq!(volume(&one, 1), 6.0);
         assert_eq!(made.counts(), BTreeMap::from([(1, 3), (2, 3)]));
+    }
+
+    #[test]
+    fn neighbours_share_the_nodes_of_their_face() {
+        let (nodes, elements) = cube();
+        let made = Tetrahedra::new(nodes, elements, vec![1; 6]).unwrap();
+        let mut shared = 0;
+        for (i, beyond) in made.adjacent().iter().enumerate() {
+            for (k, other) in beyond.iter().enumerate() {
+                let Some(other) = other else { continue };
+                let (own, other) = (made.elements()[i], made.elements()[*other as usize]);
+                assert!(!other.contains(&own[k]));
+                shared += own.iter().filter(|node| other.contains(node)).count();
+            }
+        }
+        // Six inner faces, seen from both sides.
+        assert_eq!(shared, 2 * 6 * 3);
     }
 
     #[test]
