@@ -1,14 +1,15 @@
 #!/usr/bin/env python3
 """Compares fluence, speed and efficiency in labelled voxels with MMC, cell by cell.
 
-A box of 20 x 20 x 20 voxels of 1 mm has three labels that differ in every property, including the
-index. MMC (https://mcx.space/mmc; its native program, not one of the GPU interfaces) has the voxels
-as six tetrahedra each. MMC reports no errors; they come from independent seeds. Both programs run
+A cube of voxels of 1 mm has three labels that differ in every property, including the index. MMC
+(https://mcx.space/mmc; its native program, not one of the GPU interfaces) has the voxels as six
+tetrahedra each; with --tetrahedra, morgana has these, too. MMC reports no errors; they come from independent seeds. Both programs run
 on one thread, and the particles per second refer to the processor time of the whole program. The
 efficiency is 1/(variance x processor time), for all particles of either program; its ratio is the
 mean over cells.
 
-Usage: scripts/compare_mmc.py MMC [--particles N] [--seeds N] [--own N] [--gates N] [--pmmc PYTHON]
+Usage: scripts/compare_mmc.py MMC [--particles N] [--seeds N] [--own N] [--gates N] [--size N] [--tetrahedra]
+                              [--pmmc PYTHON]
 
 MMC is the program; needs NumPy. PYTHON is one that has pmmc (PyPI) and finds an OpenCL
 implementation for CPUs, such as pocl. Its particles per second are shown, too, after a first run
@@ -30,30 +31,33 @@ import numpy as np
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PROGRAM = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "release" / "morgana"
 
-SIZE = 20
 PROPERTIES = [[0, 0, 1, 1], [0.005, 1.0, 0.01, 1.37], [0.02, 5.0, 0.9, 1.37], [0.05, 2.0, 0.8, 1.5]]
-SOURCE = [10.01, 10.02, 0.0001]
 LAST = {False: 5e-9, True: 1e-9}
 """End of the only gate, or of the last of several, in seconds."""
 LIGHT = 2.99792458e11
 """mm/s"""
 
 
-def labels():
+def labels(size):
     """Returns labels [x, y, z]: two layers and a ball."""
-    x, y, z = np.indices((SIZE,) * 3) + 0.5
-    found = np.where(z > 8, 2, 1)
-    found[(x - 10) ** 2 + (y - 10) ** 2 + (z - 6) ** 2 < 9] = 3
+    x, y, z = (np.indices((size,) * 3) + 0.5) / size
+    found = np.where(z > 0.4, 2, 1)
+    found[(x - 0.5) ** 2 + (y - 0.5) ** 2 + (z - 0.3) ** 2 < 0.15**2] = 3
     return found
 
 
-def tetrahedra():
+def source(size):
+    """Returns the position of the beam's start, inside an element."""
+    return [size / 2 + 0.01, size / 2 + 0.02, 0.0001]
+
+
+def tetrahedra(size):
     """Returns nodes, and elements with their labels: Kuhn's six tetrahedra per voxel."""
-    n = SIZE + 1
+    n = size + 1
     node = [[i, j, k] for k in range(n) for j in range(n) for i in range(n)]
-    of = labels()
+    of = labels(size)
     elements = []
-    for k, j, i in itertools.product(range(SIZE), repeat=3):
+    for k, j, i in itertools.product(range(size), repeat=3):
         for order in itertools.permutations(range(3)):
             corner = [i, j, k]
             corners = [list(corner)]
@@ -68,13 +72,13 @@ def tetrahedra():
     return np.array(node, float), np.array(elements)
 
 
-def first_element(node, elements):
-    """Returns the number of the element that contains the source, from 1."""
+def first_element(node, elements, place):
+    """Returns the number of the element that contains a place, from 1."""
     for i, element in enumerate(elements):
         a, b, c, d = node[element[:4] - 1]
-        if np.abs((a + b + c + d) / 4 - SOURCE).max() > 1.2:
+        if np.abs((a + b + c + d) / 4 - place).max() > 1.2:
             continue
-        w = np.linalg.solve(np.array([b - a, c - a, d - a]).T, SOURCE - a)
+        w = np.linalg.solve(np.array([b - a, c - a, d - a]).T, place - a)
         if min(w.min(), 1 - w.sum()) > 0:
             return i + 1
     raise SystemExit("the source is outside of the mesh")
@@ -90,22 +94,23 @@ def run(command, folder):
 
 def by_mmc(args, folder):
     """Returns fluence [seed, gate, z, y, x] per joule, and the processor time."""
-    node, elements = tetrahedra()
+    size = args.size
+    node, elements = tetrahedra(size)
     media = [dict(zip(["mua", "mus", "g", "n"], row)) for row in PROPERTIES]
     setting = {
         "Session": {"ID": "box", "Photons": args.particles, "DoMismatch": 1, "DoSpecular": 0, "DoNormalize": 1, "RayTracer": "g", "OutputType": "f", "OutputFormat": "mc2"},
         "Forward": {"T0": 0, "T1": args.last, "Dt": args.last / args.gates},
         "Domain": {"Media": media},
-        "Optode": {"Source": {"Type": "pencil", "Pos": SOURCE, "Dir": [0, 0, 1]}},
-        "Mesh": {"MeshID": "box", "InitElem": first_element(node, elements), "MeshNode": node.tolist(), "MeshElem": elements.tolist()},
+        "Optode": {"Source": {"Type": "pencil", "Pos": source(size), "Dir": [0, 0, 1]}},
+        "Mesh": {"MeshID": "box", "InitElem": first_element(node, elements, source(size)), "MeshNode": node.tolist(), "MeshElem": elements.tolist()},
     }
     found, seconds = [], 0.0
     for seed in range(args.seeds):
         setting["Session"]["RNGSeed"] = 1000 + seed
         (folder / "box.json").write_text(json.dumps(setting))
         seconds += run([args.mmc, "-f", "box.json", "--gpu", "-1"], folder)
-        grid = np.fromfile(folder / "box.mc2").reshape(args.gates, SIZE + 1, SIZE + 1, SIZE + 1)
-        found.append(grid[:, :SIZE, :SIZE, :SIZE])
+        grid = np.fromfile(folder / "box.mc2").reshape(args.gates, size + 1, size + 1, size + 1)
+        found.append(grid[:, :size, :size, :size])
     return np.array(found), seconds
 
 
@@ -132,10 +137,10 @@ print("seconds", run(int(sys.argv[1])), file=sys.stderr)
 
 def by_pmmc(args, folder):
     """Returns particles per second by MMC's OpenCL interface."""
-    node, elements = tetrahedra()
+    node, elements = tetrahedra(args.size)
     setting = {
-        "node": node.tolist(), "elem": elements[:, :4].tolist(), "elemprop": elements[:, 4].tolist(), "prop": PROPERTIES, "srcpos": SOURCE,
-        "srcdir": [0, 0, 1], "tstart": 0, "tend": args.last, "tstep": args.last / args.gates, "e0": first_element(node, elements), "isreflect": 1,
+        "node": node.tolist(), "elem": elements[:, :4].tolist(), "elemprop": elements[:, 4].tolist(), "prop": PROPERTIES, "srcpos": source(args.size),
+        "srcdir": [0, 0, 1], "tstart": 0, "tend": args.last, "tstep": args.last / args.gates, "e0": first_element(node, elements, source(args.size)), "isreflect": 1,
         "gpuid": 1, "method": "elem", "basisorder": 0, "outputtype": "flux",
     }  # fmt: skip
     (folder / "pmmc.json").write_text(json.dumps(setting))
@@ -146,18 +151,25 @@ def by_pmmc(args, folder):
 
 def by_morgana(args, folder):
     """Returns arrays of the output, the number of particles and the processor time."""
-    np.save(folder / "labels.npy", labels().astype(np.uint8))
+    size = args.size
+    if args.tetrahedra:
+        node, elements = tetrahedra(size)
+        tissue = {"type": "tetrahedra", "filename": "mesh.jmsh"}
+        (folder / "mesh.jmsh").write_text(json.dumps({"MeshNode": node.tolist(), "MeshElem": elements.tolist()}))
+    else:
+        tissue = {"type": "labels", "filename": "labels.npy", "axis_order": "xyz", "to_world": [{"scale": size}]}
+        np.save(folder / "labels.npy", labels(size).astype(np.uint8))
     cells = {
-        "type": "fluencemeter", "normalization": "per_watt", "nx": SIZE, "ny": SIZE, "nz": SIZE,
-        "to_world": [{"scale": SIZE}],
+        "type": "fluencemeter", "normalization": "per_watt", "nx": size, "ny": size, "nz": size,
+        "to_world": [{"scale": size}],
     }
     if args.gates > 1:
         cells |= {"max_bound": LIGHT * args.last, "bin_width": LIGHT * args.last / args.gates, "weight_windows": True}
     scene = {
         "type": "scene",
         "integrator": {"type": "particle"},
-        "tissue": {"type": "labels", "filename": "labels.npy", "axis_order": "xyz", "to_world": [{"scale": SIZE}], "properties": PROPERTIES},
-        "beam": {"type": "collimated", "radius": 1e-4, "power": 1, "to_world": [{"translate": SOURCE}]},
+        "tissue": {**tissue, "properties": PROPERTIES},
+        "beam": {"type": "collimated", "radius": 1e-4, "power": 1, "to_world": [{"translate": source(size)}]},
         "cells": cells,
     }
     (folder / "scene.json").write_text(json.dumps(scene))
@@ -173,6 +185,8 @@ def main():
     parser.add_argument("--own", type=int, help="of morgana; those of all seeds if not given")
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--gates", type=int, default=1)
+    parser.add_argument("--size", type=int, default=20, help="voxels along an edge")
+    parser.add_argument("--tetrahedra", action="store_true", help="morgana has MMC's tetrahedra instead of voxels")
     parser.add_argument("--pmmc", help="a Python that has pmmc")
     args = parser.parse_args()
     args.mmc = args.mmc.resolve()
