@@ -123,7 +123,10 @@ def test_output_is_the_fluence():
         morgana.load_mcx(configuration(outputtype="energy"))
     with pytest.warns(morgana.SceneWarning, match="by the width of a time gate"):
         morgana.load_mcx(configuration(outputtype="flux"))
-    with pytest.raises(ValueError, match="outputtype is 'jacobian' but must be one of flux, fluence, energy: morgana returns the fluence per joule"):
+    with pytest.warns(morgana.SceneWarning, match="'fluence_in_phase' − i 'fluence_quadrature'"):
+        modulated = morgana.load_mcx(configuration(outputtype="rf", omega=2 * np.pi * 1e8))
+    assert list(morgana.render(modulated, particles=100).meters["modulation_frequencies"]) == [1e8]
+    with pytest.raises(ValueError, match="outputtype is 'jacobian' but must be one of flux, fluence, energy, rf: morgana returns the fluence per joule"):
         morgana.load_mcx(configuration(outputtype="jacobian"))
 
 
@@ -229,7 +232,7 @@ def test_time_gates_cost_no_flights_unless_windows_are_asked_for():
     gates = configuration(tstart=0, tend=2e-9, tstep=1e-9)
     scenes = [morgana.load_mcx(configuration()), morgana.load_mcx(gates), morgana.load_mcx(gates, weight_windows=True)]
     found = [morgana.render(scene, seed=1) for scene in scenes]
-    one, two, windowed = (result.stats["counters"]["edges_in_voxels"] for result in found)
+    one, two, windowed = (result.stats["counters"]["edges_in_cells"] for result in found)
     assert one == two < windowed
     assert found[1].meters["fluence"].mean.shape == (2, 10, 8, 6)
 

@@ -62,7 +62,7 @@ pub fn counters(stats: &Stats) -> Value {
     json!({
         "paths": stats.paths,
         "edges": stats.edges,
-        "edges_in_voxels": stats.in_voxels,
+        "edges_in_cells": stats.in_cells,
         "lost": stats.lost,
         "over_budget": over_budget(stats),
         "not_finite": stats.not_finite,

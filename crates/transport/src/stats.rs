@@ -11,9 +11,9 @@ pub struct Stats {
     pub paths: u64,
     /// Number of edges that were sampled from one end.
     pub edges: u64,
-    /// Number of those edges that were flights between collisions in volumes of voxels, followed by
-    /// the walk through voxels.
-    pub in_voxels: u64,
+    /// Number of those edges that were flights between collisions in volumes of voxels or tetrahedra,
+    /// followed by the walk through cells.
+    pub in_cells: u64,
     /// Steps and evaluations of rays, including connections.
     pub work: Work,
     /// Counts of connections.
@@ -157,7 +157,7 @@ impl AddAssign for Stats {
     fn add_assign(&mut self, o: Self) {
         self.paths += o.paths;
         self.edges += o.edges;
-        self.in_voxels += o.in_voxels;
+        self.in_cells += o.in_cells;
         self.work += o.work;
         self.connections += o.connections;
         self.photons.in_media += o.photons.in_media;

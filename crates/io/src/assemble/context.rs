@@ -25,8 +25,7 @@ use transport::Spectrum;
 use transport::emitter::Emitter;
 use transport::medium::Medium;
 use transport::meter::MeterSurface;
-use transport::scene::{MediumId, Object, Partition};
-use transport::volume::VoxelMedia;
+use transport::scene::{CellMedia, MediumId, Object, Partition};
 
 /// Parts of the scene gathered up to this point, and their places in the scene file.
 pub(super) struct Context<'a> {
@@ -93,8 +92,8 @@ pub(super) struct Divided {
     pub objects: Range<usize>,
     /// Media behind and in front of each surface; `None` is the surrounding medium.
     pub sides: Vec<[Option<MediumId>; 2]>,
-    /// Voxels of the volume, if its surfaces are faces of voxels.
-    pub voxels: Option<Arc<VoxelMedia>>,
+    /// Cells of the volume, if its surfaces are faces of cells.
+    pub cells: Option<CellMedia>,
     /// Surrounding medium, if it was named.
     pub exterior: Option<MediumId>,
     /// Index of the surroundings, if it was given.

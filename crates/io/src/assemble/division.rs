@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use transport::shape::{Mesh, Shape, ShapeError, VoxelFaces};
 use transport::shared::Shared;
-use transport::volume::{GridError, LabelGrid};
+use transport::volume::{GridError, LabelGrid, TetrahedralMesh};
 
 /// Surfaces of divided volumes in use, by the parts of the voxels, their position and the kind of
 /// surfaces.
@@ -48,10 +48,17 @@ pub(super) struct Parts {
 
 /// Surfaces between all parts of a volume.
 pub(super) struct Surfaces {
-    /// Parts of the placed voxels, if the surfaces are faces of voxels.
-    pub grid: Option<Arc<LabelGrid>>,
+    /// Placed cells with their parts, if the surfaces are faces of cells.
+    pub cells: Option<Cells>,
     /// Surfaces between parts: one for each pair of parts that touch.
     pub list: Vec<Surface>,
+}
+
+/// Cells of a divided volume, with the number of their part.
+#[derive(Clone)]
+pub(super) enum Cells {
+    Voxels(Arc<LabelGrid>),
+    Tetrahedra(Arc<TetrahedralMesh>),
 }
 
 /// Surface between two parts.
@@ -99,31 +106,32 @@ impl Parts {
             size: self.size,
             parts: &self.numbers,
         };
-        Surfaces::of_meshes(division.surfaces(), self.to_world)
+        Surfaces::of_meshes(division.surfaces(), self.to_world, None)
     }
 
     fn voxel_faces(self) -> Result<Surfaces, SurfacesError> {
         let grid = label_grid(self.size, self.numbers, self.to_world)?;
         let faces = VoxelFaces::all(&grid)?;
         Ok(Surfaces {
-            grid: Some(grid),
+            cells: Some(Cells::Voxels(grid)),
             list: faces.into_iter().map(Surface::from).collect(),
         })
     }
 }
 
 impl Surfaces {
-    /// Places meshes in the world.
+    /// Places meshes in the world. `cells` are the cells whose faces they are, if there are any.
     ///
     /// # Errors
     /// A place that has no inverse.
     pub(super) fn of_meshes(
         meshes: Vec<PartSurface>,
         to_world: DAffine3,
+        cells: Option<Cells>,
     ) -> Result<Self, SurfacesError> {
         let placed = meshes.into_iter().map(|mesh| placed(mesh, to_world));
         Ok(Surfaces {
-            grid: None,
+            cells,
             list: placed.collect::<Result<_, _>>()?,
         })
     }

@@ -76,7 +76,7 @@ fn divide(context: &mut Context) {
         .map(|divided| Partition {
             objects: divided.objects.clone(),
             exterior: AMBIENT,
-            voxels: divided.voxels.clone(),
+            cells: divided.cells.clone(),
         })
         .collect();
     if context.partitions.is_empty() {

@@ -111,7 +111,7 @@ fn an_infinite_medium_fluoresces_as_in_closed_form() {
             "{:?}",
             found.emitted
         );
-        let walks = [found.stats.in_voxels > 0, number == 1];
+        let walks = [found.stats.in_cells > 0, number == 1];
         assert_eq!(walks[0], walks[1], "walks through voxels");
         // Energy balance over both channels.
         let balance = &found.balance;

@@ -258,6 +258,11 @@ fn phase_functions_may_vary_in_grids() {
     let labels = lit(json!({"tissue": {
         "type": "labels", "data": halves, "to_world": [{"scale": 6}],
         "1": tissue(0.1, 1.0, 0.75, 1.37), "2": tissue(0.1, 1.0, -0.25, 1.37)
+    },
+    // Records make particles follow edges, with the random numbers of the other scenes.
+    "zz_far": {
+        "type": "rectangle", "to_world": [{"scale": 0.1}, {"translate": [0, 0, 9]}], "bsdf": {"type": "null"},
+        "records": {"type": "irradiancemeter", "records": true}
     }}));
     let grid = block(json!({"type": "hg", "g": volume([0.75, -0.25])}));
     let blend = block(json!({

@@ -117,6 +117,32 @@ fn arrays_have_several_forms() {
     assert_eq!(first, third);
 }
 
+/// The cavity of label 0 is a voxel of the 3 × 3 × 3 voxels of a unit cube.
+#[test]
+fn holes_are_warned_about() {
+    let [nodes, mut elements, mut regions] = divided();
+    let warnings = |nodes: &[Value], elements: &Value, regions: &Value| {
+        let scene = scene(json!({
+            "type": "tetrahedra", "nodes": nodes, "elements": elements, "regions": regions,
+        }));
+        load_json(&scene).unwrap().warnings.to_string()
+    };
+    let nodes = nodes.as_array().unwrap();
+    let told = warnings(nodes, &elements, &regions);
+    let expected = "an enclosed space of volume 3.704e-2 around [0.5";
+    assert!(
+        told.contains(expected) && told.contains("[mesh_holes]"),
+        "{told}"
+    );
+    // Without the last layer of voxels, the cavity is open.
+    for list in [&mut elements, &mut regions] {
+        let list = list.as_array_mut().unwrap();
+        list.truncate(list.len() - 6 * 9);
+    }
+    let told = warnings(&nodes[..48], &elements, &regions);
+    assert!(!told.contains("mesh_holes"), "{told}");
+}
+
 #[test]
 fn mistakes_say_where() {
     let [nodes, elements, regions] = divided();

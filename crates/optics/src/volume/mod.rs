@@ -9,6 +9,7 @@ mod labels;
 mod lattice;
 mod layers;
 mod section;
+mod tetrahedra;
 mod texture;
 mod voxel_media;
 
@@ -18,5 +19,6 @@ pub use grid::{GridFilter, GridSamples, VolumeGrid};
 pub use labels::LabelGrid;
 pub use layers::{Leaps, cell_of, number_of, spread};
 pub use section::Section;
+pub use tetrahedra::{TetrahedraMedia, TetrahedralMesh};
 pub use texture::VolumeTexture;
 pub use voxel_media::VoxelMedia;

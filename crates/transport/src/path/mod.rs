@@ -38,7 +38,7 @@ pub use learnt::{
 };
 pub(crate) use log::{BranchPoint, EdgePart, FoundPath, PathLog, SubpathEnd};
 pub use random_walk::{
-    FreeFlightEvent, Observer, RandomWalk, Survival, VoxelCollision, VoxelFlight, WalkEvent,
+    CellCollision, CellDetail, CellRun, FreeFlightEvent, Observer, RandomWalk, Survival, WalkEvent,
     WalkRay,
 };
 pub(crate) use segment::share;

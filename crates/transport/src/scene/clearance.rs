@@ -44,7 +44,7 @@ pub(super) struct ClearLayers {
 impl Clearance {
     /// Makes the bounds over a box in which they save time.
     pub(super) fn of(parts: &Parts, within: &Aabb) -> Self {
-        let voxels = || parts.partitions.iter().filter(|p| p.voxels.is_some());
+        let voxels = || parts.partitions.iter().filter(|p| p.voxels().is_some());
         let is_face = |i: usize| voxels().any(|p| p.objects.contains(&i));
         let others = parts.objects.iter().enumerate();
         let others: Vec<&Object> = others

@@ -159,7 +159,7 @@ mod tests {
     use crate::emitter::{Emitter, Environment};
     use crate::film::Filter;
     use crate::medium::Medium;
-    use crate::scene::{AMBIENT, FilmSpec, Partition};
+    use crate::scene::{AMBIENT, CellMedia, FilmSpec, Partition};
     use crate::sensor::{Perspective, Sensor};
     use crate::shape::{Cube, Mesh, Rectangle, VoxelFaces};
     use crate::volume::{VolumeTexture, VoxelMedia};
@@ -280,7 +280,10 @@ mod tests {
         parts.partitions = vec![Partition {
             objects: 0..faces.len(),
             exterior: AMBIENT,
-            voxels: Some(Arc::new(VoxelMedia::new(grid.clone(), vec![1, 2]))),
+            cells: Some(CellMedia::Voxels(Arc::new(VoxelMedia::new(
+                grid.clone(),
+                vec![1, 2],
+            )))),
         }];
         parts
     }
@@ -302,13 +305,14 @@ mod tests {
         let denser = alike(labelled(&grid, &known, 2.0), &first);
         assert!(Arc::ptr_eq(&first.geometry, &denser.geometry));
         for medium in 1..3 {
-            assert!(first.voxel_volume(medium).is_some());
-            assert!(denser.voxel_volume(medium).is_some());
+            assert!(first.cell_volume(medium).is_some());
+            assert!(denser.cell_volume(medium).is_some());
         }
         let numbers = |scene: &Scene| scene.matters().voxels_of(0).unwrap().clone();
         assert!(Arc::ptr_eq(&numbers(&first), &numbers(&denser)));
         let mut swapped = labelled(&grid, &known, 1.0);
-        swapped.partitions[0].voxels = Some(Arc::new(VoxelMedia::new(grid.clone(), vec![2, 1])));
+        let media = VoxelMedia::new(grid.clone(), vec![2, 1]);
+        swapped.partitions[0].cells = Some(CellMedia::Voxels(Arc::new(media)));
         let others = [
             swapped,
             labelled(&copy, &known, 1.0),

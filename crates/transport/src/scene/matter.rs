@@ -132,7 +132,7 @@ impl Matters {
     /// Records the extents of all media of a divided volume.
     fn divide(&mut self, parts: &Parts, number: usize, grid: &Arc<LabelGrid>) {
         let partition = &parts.partitions[number];
-        let voxels = partition.voxels.iter();
+        let voxels = partition.voxels().into_iter();
         let media = voxels.flat_map(|v| v.media()).copied();
         for medium in media.filter(|m| *m != partition.exterior && *m < parts.media.len()) {
             let own = self.own(medium);
@@ -148,7 +148,7 @@ impl Matters {
     /// Returns the matter in each voxel of a divided volume, if it is known and the numbers
     /// suffice.
     fn voxels(&self, partition: &Partition) -> Option<LabelGrid> {
-        let voxels = partition.voxels.as_ref()?;
+        let voxels = partition.voxels()?;
         let parts = voxels.parts();
         let number = |voxel: usize| {
             let medium = voxels.of_voxel(voxel).filter(|m| *m != partition.exterior);

@@ -3,6 +3,8 @@
 mod bending;
 mod bending_ball;
 mod builder;
+mod cell_volumes;
+mod cells;
 mod check;
 mod clearance;
 mod coincident;
@@ -22,6 +24,7 @@ mod partition;
 mod parts;
 mod period;
 mod regions;
+mod tetrahedra;
 mod voxels;
 mod world;
 
@@ -29,15 +32,16 @@ pub use crate::film::{FilmSpec, FilmWindow};
 pub use bending::MAX_TOTAL_REFLECTIONS;
 pub(crate) use bending_ball::BendingBall;
 pub use builder::{BuildError, BuildProblem, ObjectBuilder, SceneBuilder};
+pub use cell_volumes::CellVolume;
+pub(crate) use cells::{BeyondFace, CellFrame, CellMatter, WalkCells};
 pub use check::{ProblemSeverity, SceneProblem, Subject};
 pub use containment::{Bodies, Containment};
 pub(crate) use light_bounds::Receiver;
 pub use lint::Lint;
 pub use matter::{Matter, Segment, Segments};
-pub use parts::{AMBIENT, MediumId, Object, Partition, Parts, Sides};
+pub use parts::{AMBIENT, CellMedia, MediumId, Object, Partition, Parts, Sides};
 pub use regions::Region;
 pub use voxels::VoxelVolume;
-pub(crate) use voxels::{BeyondFace, VoxelMatter};
 
 use crate::bsdf::Bsdf;
 use crate::emitter::{Emitter, Surroundings};
@@ -45,6 +49,7 @@ use crate::medium::Medium;
 use crate::sensor::Sensor;
 use crate::stop::Stop;
 use bending::{Bending, REACH, guides};
+use cell_volumes::CellVolumes;
 use clearance::Clearance;
 use eikonal::connect::{Guide, Reach};
 use eikonal::{Aabb, Tolerance};
@@ -54,7 +59,6 @@ use glam::DVec3;
 use lights::Lights;
 use matter::Matters;
 use std::sync::{Arc, OnceLock};
-use voxels::VoxelVolumes;
 
 /// Distance by which rays start off surfaces, relative to the extent of the scene: thousands of
 /// times the round-off of positions.
@@ -86,8 +90,8 @@ pub struct Scene {
     clearance: OnceLock<Arc<Clearance>>,
     /// Uniform matter, computed on first use.
     matters: OnceLock<Matters>,
-    /// Volumes of voxels, computed on first use.
-    voxel_volumes: OnceLock<VoxelVolumes>,
+    /// Volumes of cells, computed on first use.
+    cell_volumes: OnceLock<CellVolumes>,
     reach: Reach,
     bending: Bending,
     bending_ball: Option<BendingBall>,
@@ -160,7 +164,7 @@ impl Scene {
             clear: parts.media.iter().all(Medium::is_transparent),
             clearance: OnceLock::new(),
             matters: OnceLock::new(),
-            voxel_volumes: OnceLock::new(),
+            cell_volumes: OnceLock::new(),
             around,
             parts,
         };

@@ -11,19 +11,18 @@ impl Partition {
     /// search for surfaces can decide.
     #[inline]
     pub(super) fn is_free(&self, medium: MediumId, line: [DVec3; 2], length: f64) -> Option<bool> {
-        let voxels = self.voxels.as_ref()?;
+        let voxels = self.voxels()?;
         Some(voxels.holds(medium, line, length))
     }
 
-    /// Returns true if both partitions consist of the same objects and voxels, with one grid of
-    /// voxels in memory.
+    /// Returns true if both partitions consist of the same objects and cells.
     pub(super) fn is_same(&self, other: &Partition) -> bool {
-        let voxels = match (&self.voxels, &other.voxels) {
+        let cells = match (&self.cells, &other.cells) {
             (None, None) => true,
             (Some(a), Some(b)) => a.is_same(b),
             _ => false,
         };
-        voxels && (&self.objects, self.exterior) == (&other.objects, other.exterior)
+        cells && (&self.objects, self.exterior) == (&other.objects, other.exterior)
     }
 
     /// Returns a box around the partition.
@@ -37,7 +36,7 @@ impl Partition {
     /// Returns `None` if a surface is not a mesh.
     pub(super) fn volume(&self, objects: &[Object], of: Option<MediumId>) -> Option<f64> {
         let counts = |medium: MediumId| medium != self.exterior && of.is_none_or(|of| of == medium);
-        if let Some(voxels) = &self.voxels {
+        if let Some(voxels) = self.voxels() {
             let grid = voxels.parts();
             let numbers = 0..grid.labels().len();
             let media = numbers.filter_map(|v| voxels.of_voxel(v));
@@ -58,13 +57,19 @@ impl Partition {
     }
 
     /// Returns the medium at a point of the volume; `None` outside. The medium follows from the
-    /// voxels, or from the first surface in some direction.
+    /// cells, or from the first surface in some direction.
     pub(super) fn medium_at(&self, objects: &[Object], x: DVec3) -> Option<MediumId> {
-        if let Some(voxels) = &self.voxels {
+        if let Some(voxels) = self.voxels() {
             return voxels.at(x).filter(|medium| *medium != self.exterior);
         }
         if !self.aabb(objects).contains(x) {
             return None;
+        }
+        // Rounding may put a point on a face into no tetrahedron.
+        let tetrahedra = self.tetrahedra();
+        let tetrahedron = tetrahedra.and_then(|tetrahedra| tetrahedra.at(x));
+        if tetrahedron.is_some() {
+            return tetrahedron.filter(|medium| *medium != self.exterior);
         }
         let turned = |d: DVec3, turn: usize| match turn {
             0 => d,

@@ -6,7 +6,7 @@ use crate::film::FilmSpec;
 use crate::medium::Medium;
 use crate::sensor::Sensor;
 use crate::shape::Shape;
-use crate::volume::VoxelMedia;
+use crate::volume::{TetrahedraMedia, VoxelMedia};
 use eikonal::{Aabb, Tolerance};
 use std::ops::Range;
 use std::sync::Arc;
@@ -59,7 +59,7 @@ pub struct Sides {
     pub exterior: MediumId,
 }
 
-/// Surfaces that together divide a volume into media: the faces between voxels of different labels,
+/// Surfaces that together divide a volume into media: the faces between cells of different labels,
 /// or meshes. Each surface has one medium on either side. The surfaces join without gaps.
 #[derive(Clone, Debug)]
 pub struct Partition {
@@ -67,8 +67,46 @@ pub struct Partition {
     pub objects: Range<usize>,
     /// Medium around the partition.
     pub exterior: MediumId,
-    /// Voxels of the partition, if its surfaces are the faces between voxels of different media.
-    pub voxels: Option<Arc<VoxelMedia>>,
+    /// Cells of the partition, if its surfaces are the faces between cells of different media.
+    pub cells: Option<CellMedia>,
+}
+
+/// Cells that fill a divided volume, each with a medium.
+#[derive(Clone, Debug)]
+pub enum CellMedia {
+    /// Voxels of a grid.
+    Voxels(Arc<VoxelMedia>),
+    /// Tetrahedra.
+    Tetrahedra(Arc<TetrahedraMedia>),
+}
+
+impl CellMedia {
+    /// Returns true if both consist of the same cells, in memory once, with equal media.
+    pub fn is_same(&self, other: &CellMedia) -> bool {
+        match (self, other) {
+            (CellMedia::Voxels(a), CellMedia::Voxels(b)) => a.is_same(b),
+            (CellMedia::Tetrahedra(a), CellMedia::Tetrahedra(b)) => a.is_same(b),
+            _ => false,
+        }
+    }
+}
+
+impl Partition {
+    /// Returns the voxels of the partition, if its cells are voxels.
+    pub fn voxels(&self) -> Option<&Arc<VoxelMedia>> {
+        match &self.cells {
+            Some(CellMedia::Voxels(voxels)) => Some(voxels),
+            _ => None,
+        }
+    }
+
+    /// Returns the tetrahedra of the partition, if its cells are tetrahedra.
+    pub fn tetrahedra(&self) -> Option<&Arc<TetrahedraMedia>> {
+        match &self.cells {
+            Some(CellMedia::Tetrahedra(tetrahedra)) => Some(tetrahedra),
+            _ => None,
+        }
+    }
 }
 
 /// Everything that a scene consists of.

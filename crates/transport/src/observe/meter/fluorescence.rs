@@ -4,12 +4,12 @@ use super::Setup;
 use crate::Spectrum;
 use crate::medium::{Fluorescence, Medium};
 use crate::path::{
-    End, FreeFlightEvent, Observer, ParticleBalance, Start, VoxelCollision, WalkEvent, WalkRay,
-    Workspace,
+    CellCollision, CellDetail, End, FreeFlightEvent, Observer, ParticleBalance, Start, WalkEvent,
+    WalkRay, Workspace,
 };
 use crate::sampling::Sampler;
 use crate::sampling::sphere::{uniform_sphere_pdf, uniform_sphere_sample};
-use crate::scene::{MediumId, Scene, VoxelVolume};
+use crate::scene::{CellVolume, MediumId, Scene};
 use glam::DVec3;
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
@@ -274,11 +274,11 @@ impl Observer for Places {
         }
     }
 
-    fn sees_voxels(&self, _volume: &VoxelVolume) -> bool {
-        true
+    fn detail_in(&self, _volume: &CellVolume) -> CellDetail {
+        CellDetail::Cells
     }
 
-    fn collide_in_voxel(&mut self, collision: &VoxelCollision) {
+    fn collide_in_cell(&mut self, collision: &CellCollision) {
         let x = collision.x();
         if let Some(fluorescence) = at(collision.scene, collision.medium, x) {
             self.collide(fluorescence, collision.absorbed, || {

@@ -7,7 +7,7 @@ use super::positions::Positions;
 use super::reading::{Quantity, ReadingAxis, Value};
 use crate::frequency_domain::{Factors, FrequencyDomain};
 use crate::mueller::STOKES_PARAMETERS;
-use crate::scene::VoxelVolume;
+use crate::scene::CellVolume;
 use crate::sidebands::Sidebands;
 use crate::{Bins, Spectrum};
 use glam::{DVec2, DVec3};
@@ -86,7 +86,7 @@ impl Cosines {
 
 impl IrradianceMeter {
     /// Returns true if any of the meter's surfaces is a face of a volume of voxels.
-    pub(super) fn measures_faces_of(&self, volume: &VoxelVolume) -> bool {
+    pub(super) fn measures_faces_of(&self, volume: &CellVolume) -> bool {
         self.surfaces.iter().any(|s| volume.has_face(s.object))
     }
 

@@ -2,21 +2,21 @@
 //! docs/theory.md#random-walks).
 
 use super::dwell::Dwell;
-use super::flight::{Collision, Flight, Passing, flights, free_segments};
+use super::flight::{Collision, Flight, FreeLeg, Passing, flights, free_segments};
 use super::fluence::{Cuts, Scoring, Slots};
 use super::history::Histories;
 use super::polarization::ParticleStokes;
 use super::records::{Detected, RecordRows};
 use super::tagging::Tagging;
 use super::tally::Scores;
-use super::voxel_scores::{VoxelScore, voxels_suffice};
+use super::voxel_scores::{VoxelScore, detail_in};
 use super::{FluenceMeter, Meter};
 use crate::Spectrum;
 use crate::path::{
-    End, FreeFlightEvent, Observer, Span, VoxelFlight, WalkEvent, WalkRay, Workspace,
+    CellDetail, CellRun, End, FreeFlightEvent, Observer, Span, WalkEvent, WalkRay, Workspace,
 };
 use crate::sampling::Sampler;
-use crate::scene::{MediumId, VoxelVolume};
+use crate::scene::{CellVolume, MediumId, Segment};
 use glam::DVec3;
 use std::ops::ControlFlow;
 
@@ -75,14 +75,22 @@ impl Observer for Recorder<'_, '_> {
         }
     }
 
-    fn sees_voxels(&self, volume: &VoxelVolume) -> bool {
-        self.tagging.is_none() && self.stokes.is_none() && voxels_suffice(self.meters, volume)
+    fn detail_in(&self, volume: &CellVolume) -> CellDetail {
+        if self.tagging.is_some() || self.stokes.is_some() {
+            return CellDetail::Edges;
+        }
+        detail_in(self.meters, volume)
     }
 
     #[inline]
-    fn fly_in_voxel(&mut self, flight: &VoxelFlight) {
-        for score in &mut *self.in_voxels {
-            score.fly(flight, self.scores);
+    fn fly_in_cells(&mut self, run: &CellRun) {
+        match run.cell {
+            Some(voxel) => {
+                for score in &mut *self.in_voxels {
+                    score.fly(voxel, run, self.scores);
+                }
+            }
+            None => self.run_through_cells(run),
         }
     }
 
@@ -107,6 +115,22 @@ impl Observer for Recorder<'_, '_> {
 }
 
 impl Recorder<'_, '_> {
+    /// Scores a run through cells that are not those of a meter.
+    fn run_through_cells(&mut self, run: &CellRun) {
+        let segment = Segment {
+            length: run.length,
+            matter: run.matter,
+        };
+        let free = FreeLeg {
+            power: run.power,
+            start: run.start(),
+            direction: run.direction(),
+            optical_length: [run.optical_length, run.length_after()],
+            segment: &segment,
+        };
+        self.each_fluence(|meter, scoring| meter.fly_freely(&free, scoring));
+    }
+
     /// Continues with the last stored copy of the particle, along its next edge.
     fn resume(&mut self, ray: &WalkRay) {
         if let Some(histories) = &mut self.histories {

@@ -1,12 +1,12 @@
 //! Scores of walks through voxels. The scores in a voxel's cell are added up until the particle
-//! reaches another voxel or gate (docs/theory.md#walks-through-voxels).
+//! reaches another voxel or gate (docs/theory.md#walks-through-cells).
 
 use super::Meter;
 use super::fluence::{Estimator, FluenceMeter};
 use super::tally::Scores;
 use crate::frequency_domain::FrequencyDomain;
-use crate::path::VoxelFlight;
-use crate::scene::VoxelVolume;
+use crate::path::{CellDetail, CellRun};
+use crate::scene::CellVolume;
 use smallvec::{SmallVec, smallvec};
 
 /// Fluence meter, with the scores of a particle since it entered its current voxel and gate.
@@ -28,22 +28,34 @@ pub(super) struct VoxelScore<'m> {
     modulated: SmallVec<[f64; 6]>,
 }
 
-/// Returns true if all meters need only the voxels of a volume: all fluence meters score track
-/// lengths in these voxels, other meters are elsewhere, and no meter keeps records.
-pub(super) fn voxels_suffice(meters: &[Meter], volume: &VoxelVolume) -> bool {
-    meters.iter().all(|meter| match meter {
-        Meter::Fluence(meter) => meter.counts_voxels(volume),
+/// Returns the flights through a volume of cells that meters need to see: all of them if a meter
+/// keeps records, observes the faces of the volume or more than track lengths.
+pub(super) fn detail_in(meters: &[Meter], volume: &CellVolume) -> CellDetail {
+    let of_meter = |meter: &Meter| match meter {
+        Meter::Fluence(meter) => meter.detail_in(volume),
         Meter::Irradiance(meter) => {
-            meter.most_records.is_none() && !meter.measures_faces_of(volume)
+            let sees_none = meter.most_records.is_none() && !meter.measures_faces_of(volume);
+            if sees_none {
+                CellDetail::Cells
+            } else {
+                CellDetail::Edges
+            }
         }
-    })
+    };
+    let details = meters.iter().map(of_meter);
+    details.min().unwrap_or(CellDetail::Cells)
 }
 
 impl FluenceMeter {
-    /// Returns true if the meter's cells are the voxels of a volume, and the meter scores track
-    /// lengths.
-    fn counts_voxels(&self, volume: &VoxelVolume) -> bool {
-        self.estimator == Estimator::TrackLength && self.grid.is_voxels_of(volume)
+    /// Returns the flights through a volume of cells that the meter needs to see.
+    fn detail_in(&self, volume: &CellVolume) -> CellDetail {
+        if self.estimator != Estimator::TrackLength || self.sidebands.is_some() {
+            return CellDetail::Edges;
+        }
+        match volume {
+            CellVolume::Voxels(voxels) if self.grid.is_voxels_of(voxels) => CellDetail::Cells,
+            _ => CellDetail::Runs,
+        }
     }
 
     /// Returns the gate of light that continues from an optical path length, and the lengths at the
@@ -99,36 +111,37 @@ impl<'m> VoxelScore<'m> {
 
     /// Scores a flight within a voxel.
     #[inline]
-    pub(super) fn fly(&mut self, flight: &VoxelFlight, scores: &mut Scores) {
-        let begin = flight.optical_length;
-        let end = begin + flight.matter.n * flight.length;
+    pub(super) fn fly(&mut self, voxel: usize, flight: &CellRun, scores: &mut Scores) {
+        let (begin, end) = (flight.optical_length, flight.length_after());
         let same_gate = begin >= self.gate[0] && end <= self.gate[1];
-        if self.voxel == flight.voxel && same_gate {
-            self.add(flight.power * flight.length, [begin, end]);
+        if self.voxel == voxel && same_gate {
+            let power = flight.power[flight.channel];
+            self.add(power * flight.length, [begin, end]);
         } else {
-            self.begin(flight, scores, [begin, end]);
+            self.begin(voxel, flight, scores);
         }
     }
 
     /// Scores a flight in a new voxel or gate.
-    fn begin(&mut self, flight: &VoxelFlight, scores: &mut Scores, [begin, end]: [f64; 2]) {
-        let meter = self.meter;
+    fn begin(&mut self, voxel: usize, flight: &CellRun, scores: &mut Scores) {
+        let (begin, end) = (flight.optical_length, flight.length_after());
+        let (meter, power) = (self.meter, flight.power[flight.channel]);
         let mut from = begin;
         loop {
             self.end(scores);
             let (bin, gate) = meter.gate_from(from);
             let to = end.min(gate[1]);
             let share = if end > begin {
-                // Planted error "flights through several gates scored whole in each", found by morgana-io/io::voxel_walks::walks_through_voxels_agree_with_walks_by_edges:
+                // Planted error "flights through several gates scored whole in each", found by morgana-io/io::cell_walks::walks_through_cells_agree_with_walks_by_edges:
                 // 1.0
                 (to - from) / (end - begin)
             } else {
                 1.0
             };
-            self.voxel = flight.voxel;
-            self.slot = bin.map(|bin| self.first + bin * meter.grid.cells() + flight.voxel);
+            self.voxel = voxel;
+            self.slot = bin.map(|bin| self.first + bin * meter.grid.cells() + voxel);
             self.gate = gate;
-            self.add(flight.power * flight.length * share, [from, to]);
+            self.add(power * flight.length * share, [from, to]);
             self.absorption = flight.matter.absorption[flight.channel];
             if end <= to {
                 return;

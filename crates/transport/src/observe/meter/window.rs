@@ -9,12 +9,12 @@
 
 use super::flight::flights;
 use super::tally::Scores;
-use super::voxel_scores::voxels_suffice;
+use super::voxel_scores::detail_in;
 use super::{Meter, Setup, Tally, TaskSums};
 use crate::Bins;
-use crate::path::{Observer, VoxelFlight, WalkEvent, Workspace};
+use crate::path::{CellDetail, CellRun, Observer, WalkEvent, Workspace};
 use crate::sampling::Sampler;
-use crate::scene::VoxelVolume;
+use crate::scene::CellVolume;
 use crate::stop::Stop;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -167,13 +167,13 @@ impl Observer for Pilot<'_> {
     }
 
     /// Uses the criterion of the measurement.
-    fn sees_voxels(&self, volume: &VoxelVolume) -> bool {
-        voxels_suffice(self.meters, volume)
+    fn detail_in(&self, volume: &CellVolume) -> CellDetail {
+        detail_in(self.meters, volume)
     }
 
-    fn fly_in_voxel(&mut self, flight: &VoxelFlight) {
-        let end = flight.optical_length + flight.matter.n * flight.length;
-        self.score(flight.power, [flight.optical_length, end]);
+    fn fly_in_cells(&mut self, run: &CellRun) {
+        let power = run.power[run.channel];
+        self.score(power, [run.optical_length, run.length_after()]);
     }
 
     fn cut(&mut self, event: &WalkEvent, _ws: &mut Workspace) {

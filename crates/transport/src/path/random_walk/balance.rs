@@ -1,10 +1,10 @@
 //! Energy balance as an observer of walks from emitters (docs/theory.md#energy-balance).
 
-use super::{FreeFlightEvent, Observer, VoxelCollision, WalkEvent, WalkRay};
+use super::{CellCollision, CellDetail, FreeFlightEvent, Observer, WalkEvent, WalkRay};
 use crate::path::energy_balance::ParticleBalance;
 use crate::path::segment::{End, Span, share};
 use crate::path::workspace::Workspace;
-use crate::scene::VoxelVolume;
+use crate::scene::CellVolume;
 use std::ops::ControlFlow;
 
 impl Observer for ParticleBalance {
@@ -39,12 +39,12 @@ impl Observer for ParticleBalance {
         self.media += event.ray.throughput.sum() * (1.0 - event.flight.albedo());
     }
 
-    fn sees_voxels(&self, _volume: &VoxelVolume) -> bool {
-        true
+    fn detail_in(&self, _volume: &CellVolume) -> CellDetail {
+        CellDetail::Cells
     }
 
     #[inline]
-    fn collide_in_voxel(&mut self, collision: &VoxelCollision) {
+    fn collide_in_cell(&mut self, collision: &CellCollision) {
         self.media += collision.absorbed;
     }
 

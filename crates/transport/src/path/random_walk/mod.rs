@@ -3,17 +3,17 @@
 //! Light subpaths, sensor subpaths and the particles of meters are all random walks. They differ in
 //! their observers ([`Observer`]) and in the rule by which they continue ([`Survival`]).
 //!
-//! Theory: docs/theory.md#random-walks, docs/theory.md#walks-through-voxels.
+//! Theory: docs/theory.md#random-walks, docs/theory.md#walks-through-cells.
 
 mod balance;
+mod cells;
 mod observer;
 mod survival;
-mod voxels;
 
+pub use cells::{CellCollision, CellDetail, CellRun};
 pub use observer::{FreeFlightEvent, Observer, WalkEvent};
 pub(super) use survival::Roulette;
 pub use survival::Survival;
-pub use voxels::{VoxelCollision, VoxelFlight};
 
 use crate::Spectrum;
 use crate::budget::EDGES_PER_WALK;
@@ -21,11 +21,11 @@ use crate::path::segment::{Start, TransportMode, Vertex};
 use crate::path::walk::{DrawnCollision, FreeFlight, Sampling, trace_to};
 use crate::path::workspace::Workspace;
 use crate::sampling::Sampler;
-use crate::scene::Scene;
+use crate::scene::{CellVolume, Scene, WalkCells};
+use cells::CellWalk;
 use std::cell::OnceCell;
 use std::iter::repeat_n;
 use std::ops::ControlFlow;
-use voxels::VoxelWalk;
 
 /// Parameters of random walks.
 #[derive(Clone, Copy, Debug)]
@@ -87,7 +87,7 @@ impl<'a> RandomWalk<'a> {
         let mut budget = EDGES_PER_WALK;
         while budget > 0 {
             let through =
-                self.through_voxels(&mut ray, &mut budget, observer, survival, sampler, ws);
+                self.through_cells(&mut ray, &mut budget, observer, survival, sampler, ws);
             let copies = match through {
                 Some(copies) => copies,
                 None => {
@@ -118,11 +118,11 @@ impl<'a> RandomWalk<'a> {
         }
     }
 
-    /// Follows a ray through a volume of voxels, from voxel to voxel. Returns the number of copies
-    /// of the ray. Returns `None` if the ray continues by edges: outside such volumes, where the
-    /// index bends rays, or if an observer needs edges.
+    /// Follows a ray through a volume of cells, from cell to cell. Returns the number of copies of
+    /// the ray. Returns `None` if the ray continues by edges: outside such volumes, where the index
+    /// bends rays, or if an observer needs edges.
     #[inline]
-    fn through_voxels<O: Observer>(
+    fn through_cells<O: Observer>(
         &self,
         ray: &mut WalkRay,
         budget: &mut usize,
@@ -134,18 +134,35 @@ impl<'a> RandomWalk<'a> {
         if self.channel_pdf.is_several() || self.mode != TransportMode::Importance {
             return None;
         }
-        let volume = self.scene.voxel_volume(ray.start.medium)?;
-        if !observer.sees_voxels(volume) {
-            return None;
+        match self.scene.cell_volume(ray.start.medium)? {
+            volume @ CellVolume::Voxels(cells) => {
+                let walk = self.cell_walk(volume, &**cells, observer, sampler);
+                walk?.follow(ray, budget, survival, ws)
+            }
+            volume @ CellVolume::Tetrahedra(cells) => {
+                let walk = self.cell_walk(volume, cells, observer, sampler);
+                walk?.follow(ray, budget, survival, ws)
+            }
         }
-        let mut walk = VoxelWalk {
+    }
+
+    /// Returns a walk through cells, unless the observer needs edges.
+    fn cell_walk<'w, 'o, C: WalkCells, O: Observer>(
+        &'w self,
+        volume: &CellVolume,
+        cells: &'w C,
+        observer: &'o mut O,
+        sampler: &'o mut Sampler,
+    ) -> Option<CellWalk<'w, 'o, C, O>> {
+        let detail = observer.detail_in(volume);
+        Some(CellWalk {
             walk: self,
-            volume,
+            cells,
+            detail: Some(detail).filter(|detail| *detail != CellDetail::Edges)?,
             channel: self.channel_pdf.0.iter().position(|p| *p > 0.0)?,
             observer,
             sampler,
-        };
-        walk.follow(ray, budget, survival, ws)
+        })
     }
 
     /// Samples the next edge and a direction at its end, and replaces the ray by the next ray of

@@ -1,11 +1,11 @@
-//! Observers of random walks (docs/theory.md#random-walks, docs/theory.md#walks-through-voxels).
+//! Observers of random walks (docs/theory.md#random-walks, docs/theory.md#walks-through-cells).
 
-use super::{VoxelCollision, VoxelFlight, WalkRay};
+use super::{CellCollision, CellDetail, CellRun, WalkRay};
 use crate::Spectrum;
 use crate::path::segment::{Edge, Point, Span, Vertex, collided};
 use crate::path::walk::FreeFlight;
 use crate::path::workspace::Workspace;
-use crate::scene::{Scene, VoxelVolume};
+use crate::scene::{CellVolume, Scene};
 use glam::DVec3;
 use std::cell::OnceCell;
 use std::ops::ControlFlow;
@@ -35,18 +35,18 @@ pub trait Observer {
     /// Receives a flight from one collision to the next, of a walk with one channel.
     fn fly_freely(&mut self, _event: &FreeFlightEvent) {}
 
-    /// Returns true if the observer accepts [`Observer::fly_in_voxel`] and
-    /// [`Observer::collide_in_voxel`] while a walk with one channel is in a volume of voxels. They
-    /// replace all other calls except [`Observer::continue_walk`].
-    fn sees_voxels(&self, _volume: &VoxelVolume) -> bool {
-        false
+    /// Returns the flights that the observer needs to see while a walk with one channel is in a
+    /// volume of cells. Except for [`CellDetail::Edges`], [`Observer::fly_in_cells`] and
+    /// [`Observer::collide_in_cell`] replace all other calls except [`Observer::continue_walk`].
+    fn detail_in(&self, _volume: &CellVolume) -> CellDetail {
+        CellDetail::Edges
     }
 
-    /// Receives a straight flight within a voxel.
-    fn fly_in_voxel(&mut self, _flight: &VoxelFlight) {}
+    /// Receives a straight run through cells.
+    fn fly_in_cells(&mut self, _run: &CellRun) {}
 
-    /// Receives a collision in a voxel.
-    fn collide_in_voxel(&mut self, _collision: &VoxelCollision) {}
+    /// Receives a collision in a cell.
+    fn collide_in_cell(&mut self, _collision: &CellCollision) {}
 
     /// Receives the number of copies with which the walk continues from the last edge. The copies
     /// are followed one after the other, the last one first.
@@ -139,20 +139,20 @@ impl<A: Observer, B: Observer> Observer for (A, B) {
         self.1.fly_freely(event);
     }
 
-    fn sees_voxels(&self, volume: &VoxelVolume) -> bool {
-        self.0.sees_voxels(volume) && self.1.sees_voxels(volume)
+    fn detail_in(&self, volume: &CellVolume) -> CellDetail {
+        self.0.detail_in(volume).min(self.1.detail_in(volume))
     }
 
     #[inline]
-    fn fly_in_voxel(&mut self, flight: &VoxelFlight) {
-        self.0.fly_in_voxel(flight);
-        self.1.fly_in_voxel(flight);
+    fn fly_in_cells(&mut self, run: &CellRun) {
+        self.0.fly_in_cells(run);
+        self.1.fly_in_cells(run);
     }
 
     #[inline]
-    fn collide_in_voxel(&mut self, collision: &VoxelCollision) {
-        self.0.collide_in_voxel(collision);
-        self.1.collide_in_voxel(collision);
+    fn collide_in_cell(&mut self, collision: &CellCollision) {
+        self.0.collide_in_cell(collision);
+        self.1.collide_in_cell(collision);
     }
 
     fn continue_walk(&mut self, copies: usize) {
@@ -188,18 +188,18 @@ impl<O: Observer> Observer for &mut O {
         (**self).fly_freely(event);
     }
 
-    fn sees_voxels(&self, volume: &VoxelVolume) -> bool {
-        (**self).sees_voxels(volume)
+    fn detail_in(&self, volume: &CellVolume) -> CellDetail {
+        (**self).detail_in(volume)
     }
 
     #[inline]
-    fn fly_in_voxel(&mut self, flight: &VoxelFlight) {
-        (**self).fly_in_voxel(flight);
+    fn fly_in_cells(&mut self, run: &CellRun) {
+        (**self).fly_in_cells(run);
     }
 
     #[inline]
-    fn collide_in_voxel(&mut self, collision: &VoxelCollision) {
-        (**self).collide_in_voxel(collision);
+    fn collide_in_cell(&mut self, collision: &CellCollision) {
+        (**self).collide_in_cell(collision);
     }
 
     fn continue_walk(&mut self, copies: usize) {

@@ -9,7 +9,7 @@ use morgana_transport::emitter::Emitter;
 use morgana_transport::medium::{Medium, MediumLabel, MediumLabels};
 use morgana_transport::meter::{Coordinates, Estimator, FluenceMeter, Meter, Reading};
 use morgana_transport::render::Measurement;
-use morgana_transport::scene::{Object, Partition, Parts, Sides};
+use morgana_transport::scene::{CellMedia, Object, Partition, Parts, Sides};
 use morgana_transport::shape::Mesh;
 use morgana_transport::volume::{LabelGrid, VolumeGrid, VolumeTexture, VoxelMedia};
 use morgana_transport::{Bins, Scene, Spectrum};
@@ -165,7 +165,7 @@ fn layers(known: bool) -> Parts {
     parts.partitions = vec![Partition {
         objects: 0..3,
         exterior: 0,
-        voxels: known.then(|| Arc::new(voxels)),
+        cells: known.then(|| CellMedia::Voxels(Arc::new(voxels))),
     }];
     parts
 }

@@ -7,7 +7,7 @@ mod tetrahedra;
 mod voxels;
 
 use super::super::context::{Context, Divided, MeterPlace};
-use super::super::division::{Division, LabelCounts, Places};
+use super::super::division::{self, Division, LabelCounts, Places};
 use super::super::medium;
 use super::super::side_request::SideRequest;
 use crate::query::Query;
@@ -19,8 +19,8 @@ use table::Table;
 use transport::Spectrum;
 use transport::bsdf::{Bsdf, Dielectric};
 use transport::meter::MeterSurface;
-use transport::scene::MediumId;
-use transport::volume::VoxelMedia;
+use transport::scene::{CellMedia, MediumId};
+use transport::volume::{TetrahedraMedia, VoxelMedia};
 
 /// Requested division of a volume of labels.
 struct Wanted {
@@ -132,8 +132,15 @@ fn add_parts(
     };
     // Add the surfaces, with the media on their sides.
     let surfaces = &division.surfaces;
-    let voxels = surfaces.grid.clone();
-    let voxels = voxels.map(|grid| Arc::new(VoxelMedia::new(grid, media.clone())));
+    let cells = surfaces.cells.clone().map(|cells| match cells {
+        division::Cells::Voxels(grid) => {
+            CellMedia::Voxels(Arc::new(VoxelMedia::new(grid, media.clone())))
+        }
+        division::Cells::Tetrahedra(mesh) => CellMedia::Tetrahedra(Arc::new(TetrahedraMedia {
+            mesh,
+            media: media.clone(),
+        })),
+    });
     let first = context.objects.len();
     let mut sides = Vec::new();
     for surface in &surfaces.list {
@@ -169,7 +176,7 @@ fn add_parts(
         );
     }
     context.divided.push(Divided {
-        voxels,
+        cells,
         objects: first..context.objects.len(),
         exterior: wanted.exterior,
         sides,

@@ -1,8 +1,11 @@
 //! Tetrahedra with regions, from a file or from arrays.
 
 use super::super::super::context::Context;
-use super::super::super::division::{Division, LabelCounts, Places, Surfaces, SurfacesError};
+use super::super::super::division::{
+    Cells, Division, LabelCounts, Places, Surfaces, SurfacesError,
+};
 use super::super::super::transforms::affine;
+use crate::diagnostic::lints;
 use crate::error::{FileError, Problem};
 use crate::input::{self, Budget, Limits};
 use crate::jdata::{AnnotatedArray, JdataValue};
@@ -12,6 +15,7 @@ use crate::scene::{ObjectDescription, Tensor};
 use glam::{DAffine3, DVec3};
 use std::path::Path;
 use std::sync::Arc;
+use transport::volume::TetrahedralMesh;
 
 /// Parameters that [`PlacedTetrahedra::read`] uses.
 pub(super) const SOURCE: [&str; 5] = ["filename", "nodes", "elements", "regions", "to_world"];
@@ -45,6 +49,7 @@ impl PlacedTetrahedra {
         let to_world = affine(to_world, "to_world", &mut q);
         let mesh = source.mesh();
         let mesh = context.accept(&object.location, mesh)?;
+        warn_about_holes(&mesh, object, context);
         Some(PlacedTetrahedra { mesh, to_world })
     }
 
@@ -60,10 +65,46 @@ impl PlacedTetrahedra {
     pub(super) fn divide(self, places: &Places) -> Result<Division, SurfacesError> {
         let meshes = self.mesh.surfaces(|region| places[&region].part);
         let parts = places.values().map(|place| usize::from(place.part));
+        let cells = Cells::Tetrahedra(Arc::new(self.placed(places)));
         Ok(Division {
-            surfaces: Arc::new(Surfaces::of_meshes(meshes, self.to_world)?),
+            surfaces: Arc::new(Surfaces::of_meshes(meshes, self.to_world, Some(cells))?),
             members: vec![None; parts.max().unwrap_or(0)],
         })
+    }
+}
+
+/// Warns that the exterior medium fills spaces that the tetrahedra enclose.
+fn warn_about_holes(mesh: &Tetrahedra, object: &ObjectDescription, context: &mut Context) {
+    let holes = mesh.holes();
+    let Some(largest) = holes.first() else {
+        return;
+    };
+    let spaces = match holes.len() {
+        1 => "an enclosed space".to_owned(),
+        count => format!("{count} enclosed spaces, the largest"),
+    };
+    let message = format!(
+        "the tetrahedra leave {spaces} of volume {:.3e} around {:.4}, to the exterior medium",
+        largest.volume, largest.place
+    );
+    let help = "if it is no cavity, fill it with tetrahedra";
+    let warning = lints::warning(lints::MESH_HOLES, message).help(help.to_owned());
+    context.diagnostics.push(warning.at(&object.location));
+}
+
+impl PlacedTetrahedra {
+    /// Returns the tetrahedra in the world, with their parts. Tetrahedra of part 0 have no
+    /// neighbours.
+    fn placed(&self, places: &Places) -> TetrahedralMesh {
+        let regions = self.mesh.regions().iter();
+        let parts: Vec<u8> = regions.map(|region| places[region].part).collect();
+        let mut adjacent = self.mesh.adjacent();
+        for beyond in adjacent.iter_mut().flatten() {
+            *beyond = beyond.filter(|number| parts[*number as usize] != 0);
+        }
+        let nodes = self.mesh.nodes().iter();
+        let nodes: Vec<DVec3> = nodes.map(|x| self.to_world.transform_point3(*x)).collect();
+        TetrahedralMesh::new(&nodes, self.mesh.elements(), &adjacent, parts)
     }
 }
 
