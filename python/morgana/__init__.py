@@ -94,6 +94,7 @@ _MODULES: Dict[str, Optional[str]] = {
     "flow": None,
     "grad": None,
     "lens": None,
+    "lens_examples": None,
     "plot": "matplotlib",
     "reconstruct": None,
     "schlieren": None,
@@ -109,6 +110,7 @@ if TYPE_CHECKING:
     from . import flow as flow
     from . import grad as grad
     from . import lens as lens
+    from . import lens_examples as lens_examples
     from . import plot as plot
     from . import reconstruct as reconstruct
     from . import schlieren as schlieren

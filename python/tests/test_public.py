@@ -17,6 +17,7 @@ import morgana.distributed
 import morgana.flow
 import morgana.grad
 import morgana.lens
+import morgana.lens_examples
 import morgana.reconstruct
 import morgana.schlieren
 import morgana.speckle
@@ -33,6 +34,7 @@ MODULES = [
     morgana.flow,
     morgana.grad,
     morgana.lens,
+    morgana.lens_examples,
     morgana.reconstruct,
     morgana.schlieren,
     morgana.speckle,
