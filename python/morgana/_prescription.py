@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from . import _checks as checks
 from . import _morgana
-from ._glass import Glass, glass
+from ._glass import Glass
+from ._materials import Dispersion, known_glass
 from ._morgana import Field
 from ._scene import load_field
 from ._system import Aperture, Conic, GradError, Medium, Plane, System
@@ -19,7 +20,7 @@ from ._system import Surface as SystemSurface
 from ._values import Fields
 
 Doubles = NDArray[np.float64]
-Material = Union[float, str, Glass, Field, Mapping[str, Any], Callable[[float], float]]
+Material = Union[float, str, Glass, Dispersion, Field, Mapping[str, Any], Callable[[float], float]]
 AXIS = (0.0, 0.0, 1.0)
 
 RIM_OFFSET = 1e-9
@@ -40,10 +41,10 @@ class Surface(NamedTuple):
     thickness: float = 0.0
     """Distance along the axis to the next surface, or to the image, in scene units."""
     material: Material = "air"
-    """Medium behind the surface: ``"air"`` for 1, an index, the name of a built-in glass, a
-    :class:`Glass`, or a function from wavelengths in nanometres to indices. A dictionary is the
-    index of a medium as for :func:`morgana.load_field`, placed with its origin at the vertex of
-    this surface. A :class:`morgana.Field` stays where it is: the first vertex is the origin."""
+    """Medium behind the surface: ``"air"`` for 1, an index, the name of a glass of :func:`glass` or
+    :func:`catalog_glass`, a :class:`Glass`, a :class:`Dispersion`, or a function from wavelengths in
+    nanometres to indices. A dictionary is the index of a medium as for :func:`morgana.load_field`,
+    placed with its origin at the vertex of this surface. A :class:`morgana.Field` stays where it is: the first vertex is the origin."""
     conic: float = 0.0
     """Conic constant: 0 for a sphere, −1 for a paraboloid."""
     aperture: Optional[float] = None
@@ -97,7 +98,7 @@ class Prescription(Fields):
     """Number of the primary wavelength, from 0."""
     object_distance: float = math.inf
     """Distance from the object to the first surface, in scene units."""
-    object_medium: Union[float, str, Glass] = "air"
+    object_medium: Union[float, str, Glass, Dispersion] = "air"
     """Medium before the first surface, homogeneous."""
     metres_per_unit: float = 1e-3
     """Length of the scene unit in metres."""
@@ -297,10 +298,10 @@ def _medium(material: Material, wavelength: float, z: float, what: str) -> Mediu
         if material.strip().lower() in ("", "air", "vacuum"):
             return 1.0
         try:
-            return float(glass(material).n(wavelength))
+            return float(known_glass(material).n(wavelength))
         except GradError as error:
             raise GradError(f"{what}: {error}") from None
-    if isinstance(material, Glass):
+    if isinstance(material, (Glass, Dispersion)):
         return float(material.n(wavelength))
     if isinstance(material, Field):
         return material

@@ -7,7 +7,8 @@ import os
 from typing import Any, Dict, List, Mapping, NoReturn, Optional, Tuple, Union
 
 from ._errors import FileError
-from ._glass import Glass, glass
+from ._glass import Glass
+from ._materials import Dispersion, known_glass
 from ._prescription import Material, Prescription, Surface
 from ._system import GradError
 
@@ -43,7 +44,7 @@ NON_CIRCULAR = ("OBSC", "SQAP", "SQOB", "ELAP", "ELOB", "SPID")
 """Apertures of surfaces that are not openings with a circular rim."""
 
 
-def read_zmx(path: Union[str, "os.PathLike[str]"], *, glasses: Optional[Mapping[str, Union[float, Glass]]] = None) -> Prescription:
+def read_zmx(path: Union[str, "os.PathLike[str]"], *, glasses: Optional[Mapping[str, Union[float, Glass, Dispersion]]] = None) -> Prescription:
     """Read a lens from a Zemax file (``.zmx``).
 
     The reader takes sequential files of rotationally symmetric lenses: the surface types STANDARD,
@@ -58,7 +59,8 @@ def read_zmx(path: Union[str, "os.PathLike[str]"], *, glasses: Optional[Mapping[
     path : path
         File in UTF-8, or in UTF-16 with a byte order mark.
     glasses : mapping, optional
-        Indices or glasses by the names in the file, before the built-in ones.
+        Indices or glasses by the names in the file, before built-in ones and those of
+        :func:`catalog_glass`.
 
     Returns
     -------
@@ -93,7 +95,7 @@ def read_zmx(path: Union[str, "os.PathLike[str]"], *, glasses: Optional[Mapping[
 class _File:
     """Lines of a file: of the lens, and of each surface, by their first word."""
 
-    def __init__(self, name: str, text: str, glasses: Mapping[str, Union[float, Glass]]) -> None:
+    def __init__(self, name: str, text: str, glasses: Mapping[str, Union[float, Glass, Dispersion]]) -> None:
         self.name, self.glasses = name, {key.upper(): value for key, value in glasses.items()}
         self.lens: Dict[str, List[Row]] = {}
         self.surfaces: List[Dict[str, List[Row]]] = []
@@ -231,7 +233,7 @@ class _File:
         row = self.one(rows, "DIAM")
         return self.number(row, 1) if "FLAP" in rows and row is not None else None
 
-    def material(self, rows: Dict[str, List[Row]]) -> Union[str, float, Glass]:
+    def material(self, rows: Dict[str, List[Row]]) -> Union[str, float, Glass, Dispersion]:
         row = self.one(rows, "GLAS")
         if row is None:
             return "air"
@@ -243,7 +245,7 @@ class _File:
         if name.startswith("___"):
             return Glass.model(self.number(row, 4), self.number(row, 5))
         try:
-            return glass(name)
+            return known_glass(name)
         except GradError as error:
             self.fail(row, f"{error}: glasses={{{name!r}: …}}")
 

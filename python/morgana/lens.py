@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from ._glass import Glass, glass
 from ._image_errors import distortion, focus_shift
+from ._materials import Dispersion, catalog_glass, read_glass
 from ._prescription import Prescription, Surface
 from ._pupil import Bundle, Paraxial, paraxial, pupil_points, trace
 from ._tolerance import Tolerance, Tolerances, tolerances
@@ -24,6 +25,7 @@ from ._zmx import read_zmx
 
 __all__ = [
     "Bundle",
+    "Dispersion",
     "Glass",
     "Mtf",
     "Paraxial",
@@ -33,6 +35,7 @@ __all__ = [
     "Tolerance",
     "Tolerances",
     "Wavefront",
+    "catalog_glass",
     "distortion",
     "focus_shift",
     "glass",
@@ -41,6 +44,7 @@ __all__ = [
     "paraxial",
     "psf",
     "pupil_points",
+    "read_glass",
     "read_zmx",
     "tolerances",
     "trace",

@@ -211,6 +211,7 @@ def samples():
         singlet,
         singlet.surfaces[0],
         morgana.lens.glass("F2"),
+        morgana.lens.Dispersion("water", 0, (0.4, 1.34, 0.7, 1.33), (400.0, 700.0)),
         morgana.lens.paraxial(singlet),
         morgana.lens.trace(singlet, count=1),
         morgana.lens.wavefront(singlet, count=1),
