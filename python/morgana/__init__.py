@@ -95,6 +95,7 @@ _MODULES: Dict[str, Optional[str]] = {
     "grad": None,
     "lens": None,
     "lens_examples": None,
+    "optiland": "optiland",
     "plot": "matplotlib",
     "reconstruct": None,
     "schlieren": None,
@@ -111,6 +112,7 @@ if TYPE_CHECKING:
     from . import grad as grad
     from . import lens as lens
     from . import lens_examples as lens_examples
+    from . import optiland as optiland
     from . import plot as plot
     from . import reconstruct as reconstruct
     from . import schlieren as schlieren
