@@ -77,5 +77,5 @@ def _key(problem: "_Problem") -> str:
     names = [(kind.name, kind.noise if isinstance(kind.noise, float) else "") for kind in misfit.measured]
     exits = misfit.rays._exits
     options = (exits.options, exits.planes, exits.per_end, type(misfit.loss).__name__)
-    digest.update(repr((options, names, tuple(misfit.weights), limits.lower, limits.upper, problem.grids)).encode())
+    digest.update(repr((options, names, tuple(misfit.weights), limits.lower, limits.upper, problem.grids)).encode() + (b"straight" if problem.straight else b""))
     return digest.hexdigest()

@@ -13,23 +13,22 @@ from __future__ import annotations
 
 import os
 import warnings
-from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, List, NamedTuple, Optional, Sequence, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _checks as checks
-from . import _descent as descent
 from . import _losses as losses
-from . import _penalties as penalties
 from ._abel import Profile, abel
 from ._checkpoint import Checkpoint
 from ._errors import SceneWarning
+from ._level import Level, Limits, Shape, Stage, centers_of, resampled
 from ._misfit import MAX_RAYS, Misfit, Weights, measured_kinds, simulated
 from ._numbers import grid_samples, in_order
 from ._poisson import PathDifference, integrate
 from ._posterior import Posterior
-from ._preconditioner import Filter, ReconstructionError, scipy
+from ._preconditioner import ReconstructionError, scipy
 from ._values import comparable
 from .grad import Rays
 
@@ -49,36 +48,16 @@ __all__ = [
 ]
 
 Doubles = NDArray[np.float64]
-Shape = Tuple[int, int, int]
 
 MIN_COARSE_SAMPLES = 8
 """Minimum number of samples along the shortest axis of the coarsest grid."""
-MIN_DECREASE = 2e-3
-"""Relative decrease of χ² with penalties, per iteration, below which the search ends."""
-MIN_COARSE_DECREASE = 5e-2
-"""Relative decrease per iteration below which the search ends if finer grids or more rays
-follow."""
-AVERAGED_ITERATIONS = 3
-"""Number of iterations over which the decrease of χ² is averaged."""
 RAYS_PER_SAMPLE = 0.5
 """Rays in a part of the data, for each sample of a grid. Coarse grids need only a part of the rays;
 the finest grid starts with a part."""
-ITERATIONS_PER_PART = 3
-"""Iterations with one part of the rays before the next part replaces it."""
-ITERATIONS_PER_SCALE = 5
-"""Iterations with one scale of a robust loss before a new scale replaces it."""
 GROWTH = 2
 """Factor by which parts grow on the last grid whenever a part brings no further progress."""
-SMOOTH_SLOPE = 0.05
-"""Slope below which total variation counts as smooth, as a fraction of the largest slope after the
-first step that the data alone request."""
 MAX_LOST = 0.1
 """Fraction of lost rays above which :func:`fit` warns."""
-EXTREMES = (0.1, 10.0)
-"""Least and greatest index of the search, relative to the ambient index. Tracing rays through
-extreme indices takes too long."""
-
-
 class Iteration(NamedTuple):
     """Progress of a reconstruction: the argument of ``progress``."""
 
@@ -119,54 +98,30 @@ class Reconstruction(NamedTuple):
         return f"<morgana.reconstruct.Reconstruction of {self.samples.shape}, χ² {self.chi_square:.4g} after {len(self.history)} iterations: {self.stopped}>"
 
 
-class _Limits(NamedTuple):
-    """Bounds of the samples."""
-
-    lower: Optional[float]
-    upper: Optional[float]
-    known: Optional[NDArray[np.bool_]]
-    """Samples of the last grid that keep their value."""
-
-    def of(self, index: Doubles, ambient: float, centers: bool) -> Tuple[Doubles, Doubles]:
-        """Returns the least and the greatest value of each sample. Both are the given value where a
-        sample is known."""
-        least, greatest = EXTREMES
-        low = np.full(index.shape, least * ambient if self.lower is None else self.lower)
-        high = np.full(index.shape, greatest * ambient if self.upper is None else self.upper)
-        if self.known is None:
-            return low, high
-        # Mark samples between known samples of the last grid as known on coarser grids.
-        known = _resampled(self.known.astype(float), (index.shape[0], index.shape[1], index.shape[2]), centers, order=1) > 1 - 1e-9
-        return np.where(known, index, low), np.where(known, index, high)
-
-
-class _Stage(NamedTuple):
-    """Stage of the search: a grid and a number of rays."""
-
-    grid: Shape
-    rays: int
-
-
 class _Problem(NamedTuple):
     """A reconstruction to solve."""
 
     misfit: Misfit
     grids: List[Shape]
-    limits: _Limits
+    limits: Limits
     start: Doubles
     iterations: int
+    straight: bool = False
+    """True for derivatives along straight rays."""
 
     @property
-    def stages(self) -> List[_Stage]:
+    def stages(self) -> List[Stage]:
         """Stages from coarse to fine grids, with parts of the rays. On the last grid the parts grow
         until they hold all rays."""
         count = len(self.misfit.rays)
-        stages = [_Stage(grid, min(max(int(RAYS_PER_SAMPLE * np.prod(grid)), 1), count)) for grid in self.grids]
+        if self.straight:
+            return [Stage(grid, count) for grid in self.grids]
+        stages = [Stage(grid, min(max(int(RAYS_PER_SAMPLE * np.prod(grid)), 1), count)) for grid in self.grids]
         last, rays = stages.pop()
         while 2 * rays <= count:
-            stages.append(_Stage(last, rays))
+            stages.append(Stage(last, rays))
             rays *= GROWTH
-        return [*stages, _Stage(last, count)]
+        return [*stages, Stage(last, count)]
 
     def solve(self, progress: Optional[Callable[[Iteration], Any]], checkpoint: Optional[Checkpoint]) -> Reconstruction:
         """Solves the stages in turn, from the state of ``checkpoint`` if that has one."""
@@ -176,7 +131,7 @@ class _Problem(NamedTuple):
         if checkpoint is not None and checkpoint.saved is not None:
             index, told, stopped = checkpoint.saved
             history = [Iteration(*one) for one in told]
-            reached = _Stage(history[-1].shape, history[-1].rays)
+            reached = Stage(history[-1].shape, history[-1].rays)
             stages = [] if stopped in ("noise", "slow") else [stage for stage in stages if stage >= reached]
         for stage in stages:
             made = sum(one.shape == stage.grid for one in history)
@@ -184,7 +139,7 @@ class _Problem(NamedTuple):
                 continue
             if checkpoint is not None:
                 checkpoint.refuse_unwritable()
-            level = _Level(self.misfit, stage, self.limits, _resampled(index, stage.grid, _centers(self.misfit.rays)), stage == last)
+            level = Level(self.misfit, stage, self.limits, resampled(index, stage.grid, centers_of(self.misfit.rays)), stage == last, self.straight)
             index = level.start
             for number, (index, chi_square) in enumerate(level, made + 1):
                 history.append(Iteration(stage.grid, number, chi_square, stage.rays))
@@ -223,6 +178,7 @@ def fit(
     smoothness: float = 0.0,
     total_variation: float = 0.0,
     loss: str = "squares",
+    derivatives: str = "exact",
     iterations: int = 40,
     replicates: int = 0,
     checkpoint: Optional[Union[str, "os.PathLike[str]"]] = None,
@@ -281,6 +237,11 @@ def fit(
         limits the effect of outliers. The scale s follows from the median of r. It starts at the
         size of the signal and falls to 1, the size of the noise. An evaluation takes 1.3 times as
         long as with ``"squares"``.
+    derivatives : str, optional
+        ``"exact"``: derivatives along curved rays. ``"straight"``: derivatives along straight rays,
+        which cost a tenth. Curved rays still determine χ². Use ``"straight"`` for weak fields such
+        as gas flows, with ``directions`` alone. An iteration is then a trace along curved rays,
+        with up to 60 steps before it. The search ends if χ² no longer falls.
     iterations : int, optional
         Maximum number of iterations on each grid. It determines the run time: each iteration traces
         half a ray per sample of the grid, or more after parts have grown.
@@ -323,14 +284,16 @@ def fit(
     checks.whole(iterations, "iterations", 1)
     if checks.whole(replicates, "replicates", 0) == 1:
         raise ReconstructionError("replicates is 1 but must be 0, or at least 2 for a deviation")
-    grids = _grids(goal)
+    straight = _straight(derivatives)
+    # The model of weak fields has no local minima, and coarse grids would add details that do not fit the last grid.
+    grids = [goal] if straight else _grids(goal)
     index = np.full(grids[0], rays.ambient)
     if start is not None:
         index = grid_samples(start, "start").astype(float)
         if index.ndim != 3:
             raise ReconstructionError(f"start has the shape {index.shape} but must be samples [z, y, x]")
         grids = [goal] if index.shape == goal else grids
-    problem = _Problem(Misfit(rays, measured, weights, _loss(loss)), grids, _limits(lower, upper, known, goal), index, iterations)
+    problem = _Problem(Misfit(rays, measured, weights, _loss(loss)), grids, _limits(lower, upper, known, goal), index, iterations, straight)
     saved = None if checkpoint is None else Checkpoint(checkpoint, problem, ReconstructionError)
     problem.misfit.check_start(index)
     found = problem.solve(progress, saved)
@@ -487,87 +450,17 @@ def posterior(
     return Posterior(rays, index, noise, free, prior)
 
 
-class _Level:
-    """Search on one grid, with all rays or with parts of them in turn. Iteration yields improving
-    samples and χ² per datum there."""
-
-    def __init__(self, misfit: Misfit, stage: _Stage, limits: _Limits, index: Doubles, is_last: bool) -> None:
-        rays = misfit.rays
-        self.parts, self.has_all = misfit.parts(stage.rays), stage.rays == len(rays)
-        self.small = MIN_DECREASE if is_last else MIN_COARSE_DECREASE
-        self.stopped = ""
-        """Reason for the end of the search: ``"noise"`` or ``"slow"``; empty until it ends."""
-        low, high = limits.of(index, rays.ambient, _centers(rays))
-        self.start, self.within = np.clip(index, low, high), (low, high)
-        # Skip the filter if an offset is undetermined: the filter changes samples far from the
-        # data, and limits would turn these changes into an offset, to which deflections are
-        # insensitive.
-        limited = limits.lower is not None or limits.upper is not None
-        open_offset = misfit.is_of_slopes and limited and limits.known is None
-        self.precondition = np.asarray if open_offset else Filter(index.shape, rays.spacing(index.shape))
-
-    def __iter__(self) -> Iterator[Tuple[Doubles, float]]:
-        index = self.start
-        pairs: descent.Pairs = []
-        scale: Optional[float] = None
-        before = np.inf
-        for misfit in self.parts:
-            of_data = misfit.of_data(index, adapt=True)
-            if misfit.explained:
-                self.stopped = "noise"
-                return
-            if scale is None:
-                scale, flat = self._scales(misfit, index, of_data[1])
-            misfit.flat = flat
-            value, gradient = misfit.with_penalties(index, of_data)
-            # Measure progress by rays that have not been fitted yet.
-            if not self.has_all and before - value < ITERATIONS_PER_PART * self.small * before:
-                break
-            before, found = value, index
-            for index, chi_square in self._turn(misfit, descent.minimize(misfit, (index, value, gradient), scale, self.within, self.precondition, pairs)):
-                yield index, chi_square
-            if self.stopped:
-                return
-            if (self.has_all and not misfit.is_robust) or found is index:
-                break
-        self.stopped = "slow"
-
-    def _scales(self, misfit: Misfit, index: Doubles, gradient: Doubles) -> Tuple[float, float]:
-        """Returns the scale of the first step, and the slope below which total variation counts as
-        flat."""
-        scale, first = descent.first_scale(misfit.of_data, index, gradient, self.precondition)
-        if misfit.weights.total_variation == 0:
-            return scale, 1.0
-        return scale, max(SMOOTH_SLOPE * penalties.largest_slope(index + first, penalties.lattice_of(misfit.rays, index.shape)), 1e-300)
-
-    def _turn(self, misfit: Misfit, steps: Iterator[Tuple[Doubles, float]]) -> Iterator[Tuple[Doubles, float]]:
-        """Yields the steps with one part of the rays, or with one scale of a robust loss. With all
-        rays and without a scale, yields the steps until the search ends."""
-        values: List[float] = []
-        last = ITERATIONS_PER_SCALE if misfit.is_robust else None
-        for index, value in steps:
-            values.append(value)
-            if self.has_all:
-                self.stopped = "noise" if misfit.explained else "slow" if _is_slow(values, self.small) else ""
-            yield index, misfit.chi_square
-            if self.stopped or len(values) == last or (not self.has_all and (misfit.explained or len(values) == ITERATIONS_PER_PART)):
-                return
-
-
-def _is_slow(values: List[float], small: float) -> bool:
-    """True if a value fell, on average over the last iterations, by less than the fraction
-    ``small`` in each."""
-    if len(values) <= AVERAGED_ITERATIONS:
-        return False
-    before = values[-1 - AVERAGED_ITERATIONS]
-    return before - values[-1] < AVERAGED_ITERATIONS * small * before
-
-
 def _weight(value: float, name: str) -> float:
     weight = checks.real(value, name, "a number of at least 0")
     if not (weight >= 0 and np.isfinite(weight)):
         raise ReconstructionError(f"{name} is {value} but must be at least 0")
     return weight
+
+
+def _straight(name: str) -> bool:
+    if not isinstance(name, str) or name not in ("exact", "straight"):
+        raise ReconstructionError(f"derivatives is {checks.shown(name)} but must be 'exact' or 'straight'")
+    return name == "straight"
 
 
 def _loss(name: str) -> losses.Loss:
@@ -578,22 +471,18 @@ def _loss(name: str) -> losses.Loss:
     return found
 
 
-def _limits(lower: Optional[float], upper: Optional[float], known: Optional[ArrayLike], goal: Shape) -> _Limits:
+def _limits(lower: Optional[float], upper: Optional[float], known: Optional[ArrayLike], goal: Shape) -> Limits:
     low, high = (checks.optional_positive(lower, "lower"), checks.optional_positive(upper, "upper"))
     if low is not None and high is not None and low >= high:
         raise ReconstructionError(f"lower is {low} but must be below upper, {high}")
     if known is None:
-        return _Limits(low, high, None)
+        return Limits(low, high, None)
     mask = np.asarray(in_order(known, "known", "zyx"))
     if mask.dtype != bool or mask.shape != goal:
         raise ReconstructionError(f"known has the shape {mask.shape} and type {mask.dtype} but must be {goal} of bool")
     if mask.all():
         raise ReconstructionError("all samples are known: there is nothing to find")
-    return _Limits(low, high, mask)
-
-
-def _centers(rays: Rays) -> bool:
-    return rays.placement == "centers"
+    return Limits(low, high, mask)
 
 
 def _shape(shape: Sequence[int]) -> Shape:
@@ -611,12 +500,3 @@ def _grids(goal: Shape) -> List[Shape]:
         nz, ny, nx = (max(1, (n + 1) // 2) for n in grids[0])
         grids.insert(0, (nz, ny, nx))
     return grids
-
-
-def _resampled(index: Doubles, shape: Shape, centers: bool, order: int = 3) -> Doubles:
-    """Resamples the box on another grid, by splines."""
-    if index.shape == shape:
-        return index
-    zoom = scipy("scipy.ndimage").zoom
-    factors = [new / old for new, old in zip(shape, index.shape)]
-    return np.asarray(zoom(index, factors, order=min(order, min(index.shape) - 1), mode="nearest", grid_mode=centers))
