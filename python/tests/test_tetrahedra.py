@@ -49,6 +49,63 @@ def test_regions_are_chosen_by_name(tmp_path):
         morgana.load_tetrahedra(path, regions="x")
 
 
+def ball_in_cube(radius, spacing):
+    """A cube from 0 to 1 with a ball in the middle: tetrahedra with nodes on the sphere."""
+    random = np.random.default_rng(1)
+    axis = np.linspace(0, 1, round(1 / spacing) + 1)
+    points = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
+    inner = ((points > 0) & (points < 1)).all(axis=1, keepdims=True)
+    points = points + inner * random.uniform(-0.25, 0.25, points.shape) * spacing
+    points = points[np.abs(np.linalg.norm(points - 0.5, axis=1) - radius) > 0.45 * spacing]
+    count = round(11 * radius**2 / spacing**2) * 3
+    k = np.arange(count) + 0.5
+    height, turn = 1 - 2 * k / count, np.pi * (1 + 5**0.5) * k
+    ring = np.sqrt(1 - height**2)
+    sphere = 0.5 + radius * np.stack([ring * np.cos(turn), ring * np.sin(turn), height], axis=1)
+    mesh = pyvista.PolyData(np.concatenate([points, sphere])).delaunay_3d()
+    mesh = mesh.extract_cells(np.abs(mesh.compute_cell_sizes()["Volume"]) > 1e-9)
+    mesh.cell_data["region"] = np.where(np.linalg.norm(mesh.cell_centers().points - 0.5, axis=1) < radius, 2, 1)
+    return mesh
+
+
+def test_a_ball_is_its_polyhedron():
+    """Tetrahedra with a jump of the index between a ball and a cube measure the same as the ball's
+    surface in a cube, and nearly the same as a sphere of equal volume."""
+    mesh = ball_in_cube(radius=0.3, spacing=0.14)
+    outside, inside = [1, 4, 0.8, 1.37], [2, 8, 0.5, 1.5]
+    ball = mesh.extract_cells(mesh.cell_data["region"] == 2)
+    surface = ball.extract_surface(algorithm="dataset_surface").triangulate()
+    volume = np.abs(ball.compute_cell_sizes()["Volume"]).sum()
+
+    def medium(row):
+        mua, mus, g, n = row
+        return {"type": "homogeneous", "sigma_s": mus, "sigma_a": mua, "ior": n, "phase": {"type": "hg", "g": g}}
+
+    def found(shapes, seed):
+        glass = {"type": "dielectric"}
+        cells = {"type": "fluencemeter", "nx": 3, "ny": 3, "nz": 3}
+        beam = {"type": "collimated", "radius": 0.2, "power": 1, "to_world": [{"translate": [0.55, 0.5, -0.2]}]}
+        scene = {"type": "scene", "integrator": {"type": "particle"}, "cells": cells, "beam": beam}
+        for name, shape in shapes.items():
+            scene[name] = shape if shape["type"] == "tetrahedra" else {**shape, "bsdf": glass}
+        return morgana.render(scene, particles=40_000, seed=seed).meters["absorbed"]
+
+    cube = {"type": "cube", "to_world": [{"scale": 0.5}, {"translate": [0.5, 0.5, 0.5]}], "interior": medium(outside)}
+    polyhedron = {
+        "type": "mesh", "vertex_positions": np.asarray(surface.points), "faces": surface.faces.reshape(-1, 4)[:, 1:], "face_normals": True,
+        "interior": medium(inside),
+    }
+    sphere = {"type": "sphere", "center": [0.5, 0.5, 0.5], "radius": (volume * 3 / (4 * np.pi)) ** (1 / 3), "interior": medium(inside)}
+    by_tetrahedra = found({"body": {**morgana.load_tetrahedra(mesh), "properties": [[0, 0, 1, 1], outside, inside]}}, 1)
+    by_surface = found({"cube": cube, "ball": polyhedron}, 2)
+    z = (np.asarray(by_tetrahedra) - np.asarray(by_surface)) / np.hypot(by_tetrahedra.error, by_surface.error)
+    # False alarms: 1e-3 for 27 comparisons together.
+    assert np.abs(z).max() < 4.1
+    by_sphere = found({"cube": cube, "ball": sphere}, 3)
+    middle = (1, 1, 1)
+    assert by_tetrahedra[middle].mean == pytest.approx(by_sphere[middle].mean, rel=0.04)
+
+
 def test_values_at_nodes_are_resampled():
     """Light along z has the optical length of an index that increases along z: 2 × 1.45."""
     mesh = block()
