@@ -12,7 +12,7 @@ os.environ.setdefault("MPLBACKEND", "Agg")
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SCENES = ROOT / "scenes"
-OPTIONAL = ("torch", "pyoidn", "simpa", "bjdata")
+OPTIONAL = ("torch", "pyoidn", "simpa", "bjdata", "optiland")
 """Packages that ``./test`` does not install, or only with ``--long``, for their size: tests that need
 them may be skipped."""
 PROGRAM = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "debug/morgana"

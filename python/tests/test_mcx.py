@@ -125,7 +125,8 @@ def test_output_is_the_fluence():
         morgana.load_mcx(configuration(outputtype="flux"))
     with pytest.warns(morgana.SceneWarning, match="'fluence_in_phase' − i 'fluence_quadrature'"):
         modulated = morgana.load_mcx(configuration(outputtype="rf", omega=2 * np.pi * 1e8))
-    assert list(morgana.render(modulated, particles=100).meters["modulation_frequencies"]) == [1e8]
+    amplitude = morgana.render(modulated, particles=100).meters["fluence_amplitude"]
+    assert amplitude.coordinates["frequency"] == pytest.approx([1e8])
     with pytest.raises(ValueError, match="outputtype is 'jacobian' but must be one of flux, fluence, energy, rf: morgana returns the fluence per joule"):
         morgana.load_mcx(configuration(outputtype="jacobian"))
 
