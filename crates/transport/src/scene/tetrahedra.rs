@@ -11,6 +11,10 @@ use eikonal::Aabb;
 use glam::DVec3;
 use std::sync::Arc;
 
+/// Distance from other surfaces, relative to the size of the volume, within which walks do not use
+/// tetrahedra. It exceeds rounding errors of surfaces that lie on faces.
+const SURFACE_MARGIN: f64 = 1e-6;
+
 /// A volume of tetrahedra, each with matter of one index and uniform coefficients.
 #[derive(Clone, Debug)]
 pub struct TetrahedralVolume {
@@ -41,9 +45,10 @@ impl TetrahedralVolume {
         let place = |part: &u8| usize::from(*part).checked_sub(1);
         let number = |part: &u8| place(part).map_or(OTHER, |place| of_part[place]);
         let mut numbers: Vec<u8> = mesh.parts().iter().map(number).collect();
+        let margin = SURFACE_MARGIN * partition.aabb(&parts.objects).diagonal();
         for (i, object) in parts.objects.iter().enumerate() {
             if !partition.objects.contains(&i) {
-                mark_unsuitable(mesh, &object.shape, &mut numbers);
+                mark_unsuitable(mesh, &object.shape, margin, &mut numbers);
             }
         }
         contents.numbers = grids.intern(numbers);
@@ -54,15 +59,15 @@ impl TetrahedralVolume {
     }
 }
 
-/// Excludes the tetrahedra through which a surface may pass.
-fn mark_unsuitable(mesh: &TetrahedralMesh, shape: &Shape, numbers: &mut [u8]) {
+/// Excludes the tetrahedra within a margin of which a surface may pass.
+fn mark_unsuitable(mesh: &TetrahedralMesh, shape: &Shape, margin: f64, numbers: &mut [u8]) {
     shape.each_patch(|points| {
         let around = Aabb::around(points.iter().copied());
         if !(around.min.is_finite() && around.max.is_finite()) {
             numbers.fill(OTHER);
             return;
         }
-        for number in mesh.near(&around) {
+        for number in mesh.near(&around.grown(margin)) {
             numbers[number] = OTHER;
         }
     });
