@@ -2,13 +2,12 @@
 //!
 //! False alarms: 1e-3 for each comparison. Seeds are fixed.
 
+use crate::common::measured;
 use morgana_io::{LoadOptions, Loaded, Run};
 use serde_json::{Value, json};
 use std::fs;
-use std::ops::ControlFlow;
 use testkit::z_test;
-use transport::meter::Meter;
-use transport::render::{Handle, MeasureOptions, Measurement, measure};
+use transport::render::Measurement;
 
 fn load(scene: &Value) -> Result<Loaded, String> {
     let folder = tempfile::tempdir().unwrap();
@@ -18,17 +17,7 @@ fn load(scene: &Value) -> Result<Loaded, String> {
 }
 
 fn run(scene: &Value, particles: u64, seed: u64) -> Measurement {
-    let loaded = load(scene).unwrap();
-    let meters: Vec<Meter> = loaded.instruments.iter().map(|i| i.meter.clone()).collect();
-    let options = MeasureOptions {
-        first: 0,
-        particles,
-        seed,
-        max_depth: None,
-        rr_depth: 5,
-    };
-    let go_on = |_| ControlFlow::Continue(());
-    measure(&loaded.groups, &meters, &options, &Handle::default(), go_on).unwrap()
+    measured(&load(scene).unwrap(), particles, seed).unwrap()
 }
 
 /// Means and standard errors of all pixels.
