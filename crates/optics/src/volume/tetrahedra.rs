@@ -238,7 +238,8 @@ impl Bins {
             let mut bins = Bins {
                 low: whole.min,
                 per_length: count / extent,
-                size: count.to_array().map(|n| n as usize),
+                // NaN, of boxes that are not finite, becomes 1.
+                size: count.to_array().map(|n| n.max(1.0) as usize),
                 starts: Vec::new(),
                 entries: Vec::new(),
             };
@@ -351,6 +352,13 @@ mod tests {
             assert_eq!(here, last);
         }
         assert!(crossed > 500, "{crossed}");
+    }
+
+    #[test]
+    fn infinite_tetrahedra_contain_nothing() {
+        let nodes = [0.0, 1.0, f64::INFINITY, f64::NAN].map(|x| DVec3::new(x, 1.0 - x, x * x));
+        let mesh = TetrahedralMesh::new(&nodes, &[[0, 1, 2, 3]], &[[None; 4]], vec![1]);
+        assert_eq!(mesh.at(DVec3::ONE), None);
     }
 
     #[test]
