@@ -117,6 +117,31 @@ fn arrays_have_several_forms() {
     assert_eq!(first, third);
 }
 
+/// A black disc exactly on inner faces of tetrahedra absorbs as much as one just beside them.
+#[test]
+fn surfaces_on_faces_are_met() {
+    let [nodes, elements, regions] = divided();
+    let absorbed = |shift: f64, seed: u64| {
+        let mut scene = scene(json!({
+            "type": "tetrahedra", "nodes": nodes, "elements": elements, "regions": regions,
+        }));
+        let mut place = json!([
+            {"scale": 0.3}, {"translate": [0.5, 0.5, 1.0 / 3.0 + shift]},
+        ]);
+        let body = scene["body"]["to_world"].as_array().unwrap().clone();
+        place.as_array_mut().unwrap().extend(body);
+        scene["disc"] = json!({
+            "type": "disk", "to_world": place, "bsdf": {"type": "diffuse", "reflectance": 0},
+        });
+        measure_json(&scene, 20_000, seed).balance.surfaces
+    };
+    let [on, beside] = [(0.0, 1), (-1e-3, 2)].map(|(shift, seed)| absorbed(shift, seed));
+    assert!(beside.mean > 0.1, "{beside:?}");
+    let z = two_sample_z(on.mean, on.error, beside.mean, beside.error);
+    // The shift changes the power by less than the error.
+    max_abs_z(&[z], FAMILY).unwrap();
+}
+
 /// The cavity of label 0 is a voxel of the 3 × 3 × 3 voxels of a unit cube.
 #[test]
 fn holes_are_warned_about() {
