@@ -16,7 +16,7 @@ from ._numbers import grid_samples
 from ._system import GradError, Layout, System, check_samples, check_starts
 
 if TYPE_CHECKING:
-    from .grad import Rays
+    from ._ray_bundle import Rays
 
 Doubles = NDArray[np.float64]
 Build = Callable[[Dict[str, Doubles]], Union[Field, System]]

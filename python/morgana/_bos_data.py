@@ -13,6 +13,7 @@ from ._calibration import read_vectors
 from ._camera import Camera
 from ._morgana import Scene
 from ._numbers import numbers
+from ._ray_bundle import Rays
 from ._system import GradError, Plane, finite, unit
 from ._values import comparable
 
@@ -32,7 +33,7 @@ class BosData(NamedTuple):
     ``position_noise``.
     """
 
-    rays: Any
+    rays: Rays
     """:class:`morgana.grad.Rays` of the pixels with a displacement. They end on the background."""
     positions: Doubles
     """Measured positions of the ends, (rays, 3), in scene units."""
@@ -108,8 +109,6 @@ class BosData(NamedTuple):
         >>> wall = morgana.grad.Plane((0, 0, 3), (0, 0, 1))
         >>> data = morgana.grad.BosData.of_camera(camera, moved, background=wall, noise=0.05, box=((-1, -1, -1), (1, 1, 1)))
         """
-        from .grad import Rays
-
         camera = sensor if isinstance(sensor, Camera) else Camera.of_scene(sensor)
         moved = numbers(displacement, "displacement")
         places = camera.pixels() if pixels is None else numbers(pixels, "pixels")
@@ -162,8 +161,6 @@ class BosData(NamedTuple):
         --------
         >>> both = morgana.grad.BosData.join([data, data])
         """
-        from .grad import Rays
-
         rays = Rays.join([one.rays for one in data])
         return cls(rays, *(np.concatenate([one[part] for one in data]) for part in (1, 2, 3)))
 

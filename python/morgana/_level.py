@@ -12,7 +12,7 @@ from . import _penalties as penalties
 from ._misfit import Misfit
 from ._preconditioner import Filter, scipy
 from ._straight import Search
-from .grad import Rays
+from ._ray_bundle import Rays
 
 __all__ = ["Level", "Limits", "Shape", "Stage", "centers_of", "resampled"]
 

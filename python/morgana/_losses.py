@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ._ends import Ends, LeastSquares
 
 if TYPE_CHECKING:
-    from .grad import Rays
+    from ._ray_bundle import Rays
 
 __all__ = ["LOSSES", "OUTLYING", "Huber", "Kind", "Loss", "Squares", "Sum", "lengths_of", "robust_scale", "sum_of_losses"]
 

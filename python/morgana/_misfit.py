@@ -14,7 +14,7 @@ from . import _penalties as penalties
 from ._losses import Kind, Loss, Squares, column
 from ._numbers import numbers
 from ._preconditioner import ReconstructionError
-from .grad import Rays
+from ._ray_bundle import Rays
 
 __all__ = ["MAX_RAYS", "Given", "Misfit", "Weights", "measured_kinds"]
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from .grad import Rays
+    from ._ray_bundle import Rays
 
 __all__ = ["Lattice", "lattice_of", "largest_slope", "rough_noise", "roughness", "total_variation"]
 

@@ -13,7 +13,7 @@ from ._losses import column
 from ._numbers import grid_samples
 from ._preconditioner import Filter, ReconstructionError
 from ._values import alike
-from .grad import Rays
+from ._ray_bundle import Rays
 
 Doubles = NDArray[np.float64]
 

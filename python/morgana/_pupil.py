@@ -15,7 +15,7 @@ from ._numbers import numbers
 from ._prescription import AXIS, Prescription, layout, sag
 from ._system import GradError, Plane, System
 from ._values import comparable
-from .grad import Rays
+from ._ray_bundle import Rays
 
 Doubles = NDArray[np.float64]
 

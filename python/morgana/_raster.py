@@ -17,7 +17,7 @@ from ._system import GradError, Plane, System, finite
 from ._values import alike, comparable
 
 if TYPE_CHECKING:
-    from .grad import Rays
+    from ._ray_bundle import Rays
 
 __all__ = ["Picture", "PictureGradient", "PictureLoss", "Raster", "Tap", "derivatives_by"]
 

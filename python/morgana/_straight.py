@@ -16,7 +16,7 @@ from . import _descent as descent
 from . import _penalties as penalties
 from ._misfit import Misfit
 from ._preconditioner import ReconstructionError, scipy
-from .grad import Rays
+from ._ray_bundle import Rays
 
 __all__ = ["Derivatives", "Search"]
 

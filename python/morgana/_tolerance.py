@@ -13,7 +13,7 @@ from ._prescription import AXIS, Layout, Prescription, layout
 from ._pupil import TOLERANCE, trace, weighted_rms
 from ._system import Conic, GradError, Plane, System
 from ._values import comparable
-from .grad import Rays
+from ._ray_bundle import Rays
 
 Doubles = NDArray[np.float64]
 

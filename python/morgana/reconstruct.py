@@ -30,7 +30,7 @@ from ._poisson import PathDifference, integrate
 from ._posterior import Posterior
 from ._preconditioner import ReconstructionError, scipy
 from ._values import comparable
-from .grad import Rays
+from ._ray_bundle import Rays
 
 __all__ = [
     "Iteration",
