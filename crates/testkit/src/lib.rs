@@ -23,3 +23,14 @@ pub use direction::DirectionTable;
 pub use family::{Family, sidak};
 pub use moments::Moments;
 pub use rng::Rng;
+
+/// Returns `full` where planted errors are searched and under `MORGANA_LONG_TESTS`, else `few`. The
+/// environment variable `MORGANA_FULL_SAMPLES` is that of `scripts/planted.py`.
+pub fn samples(full: u64, few: u64) -> u64 {
+    let is_set = |name: &str| std::env::var_os(name).is_some();
+    if is_set("MORGANA_FULL_SAMPLES") || is_set("MORGANA_LONG_TESTS") {
+        full
+    } else {
+        few
+    }
+}

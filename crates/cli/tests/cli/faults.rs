@@ -18,9 +18,9 @@ fn done(folder: &Folder, part: &str) -> u64 {
 /// A render survives repeated kills at arbitrary moments.
 #[test]
 fn killed_renders_go_on() {
-    let render = "render scene.xml --integrator path --spp 60000 --threads 1 --checkpoint c.part --resume -o a.exr -q";
+    let render = "render scene.xml --integrator path --spp 20000 --threads 1 --checkpoint c.part --resume -o a.exr -q";
     let folder = Folder::with_fog();
-    folder.succeed("render scene.xml --integrator path --spp 60000 -o whole.exr");
+    folder.succeed("render scene.xml --integrator path --spp 20000 -o whole.exr");
     let mut last = 0;
     for kill in 0..KILLS {
         let mut child = Command::new(program())
@@ -80,7 +80,7 @@ fn with_mounts(folder: &Folder, script: &str) -> Option<(bool, String)> {
 #[test]
 fn a_full_disk_keeps_what_it_has() {
     let folder = Folder::with_fog();
-    folder.succeed("render scene.xml --integrator path --spp 60000 -o whole.exr");
+    folder.succeed("render scene.xml --integrator path --spp 20000 -o whole.exr");
     folder
         .succeed("render scene.xml --integrator path --spp 1 --checkpoint small.part -o small.exr");
     let size = folder.read("small.part").len().div_ceil(1024) * 1024;
@@ -90,13 +90,13 @@ fn a_full_disk_keeps_what_it_has() {
         cp m/c.part before.part
         head -c 1000000 /dev/zero > m/filler 2> /dev/null || true
         status=0
-        $MORGANA render scene.xml --integrator path --spp 60000 --checkpoint m/c.part --checkpoint-every 0.01s --resume -o a.exr -q || status=$?
+        $MORGANA render scene.xml --integrator path --spp 20000 --checkpoint m/c.part --checkpoint-every 0.01s --resume -o a.exr -q || status=$?
         test $status = 1
         cmp m/c.part before.part
         test "$(ls -A m)" = "c.part
 filler"
         rm m/filler
-        $MORGANA render scene.xml --integrator path --spp 60000 --checkpoint m/c.part --resume -o b.exr -q"#,
+        $MORGANA render scene.xml --integrator path --spp 20000 --checkpoint m/c.part --resume -o b.exr -q"#,
         4 * size / 1024
     );
     let Some((success, text)) = with_mounts(&folder, &script) else {
@@ -143,7 +143,7 @@ fn folders_that_cannot_be_written_to_are_refused_at_once() {
     let script = r#"mount -t tmpfs -o ro none m
         for options in "--checkpoint m/c.part" "--shard 0/2 -o m/a.part" "-o m/a.exr" "--stats m/s.json"; do
             status=0
-            $MORGANA render scene.xml --spp 600000 $options || status=$?
+            $MORGANA render scene.xml --spp 200000 $options || status=$?
             test $status = 2
         done"#;
     let Some((success, text)) = with_mounts(&folder, script) else {

@@ -184,8 +184,14 @@ fn mantissas(values: Vec<f64>) -> Vec<f64> {
     values.into_iter().map(value).collect()
 }
 
-/// Returns a line for each unit in which numbers differ from the numbers of unit 1, with both.
+/// Returns a line for each unit in which numbers differ from the numbers of unit 1, with both. Tests
+/// that are not long try one unit, which depends on the name.
 fn differences(name: &str, exponents: &[i32], compute: impl Fn(i32) -> Vec<f64>) -> Vec<String> {
+    let exponents = if is_long() {
+        exponents
+    } else {
+        &exponents[name.len() % exponents.len()..][..1]
+    };
     let expected = compute(0);
     assert!(expected.iter().any(|v| *v != 0.0), "{name} is dark");
     let expected = mantissas(expected);

@@ -5,7 +5,7 @@
 //! compared with exact ones at |z| < 4.4. Batches of bidirectional path tracing, and variances,
 //! have rates of 1e-4.
 
-use crate::common::{camera, container, fog, glass, mean, parts, shoot, shoot_by, sky, vacuum};
+use crate::common::{Batches, camera, container, fog, glass, mean, parts, shoot, sky, vacuum};
 use eikonal::field::{Constant, Gaussian, LinearIndex};
 use glam::DVec3;
 use morgana_transport::bsdf::{Bsdf, Diffuse};
@@ -90,8 +90,10 @@ fn many_lights_from_both_ends() {
         let exact = exact(&parts);
         let bdpt = Integrator::Bdpt(Bdpt::default());
         let each = crate::common::samples(32, 12);
-        let shots = (0..12).map(|batch| shoot_by(bdpt, parts.clone(), each, 80 + batch));
-        let batches: Vec<f64> = shots.map(|r| mean(&r).0).collect();
+        let all = Batches::new(bdpt, parts, 80);
+        let batches: Vec<f64> = (0..12)
+            .map(|batch| mean(&all.render(batch, each)).0)
+            .collect();
         let m = moments(&batches);
         println!("{} ± {}, exact {exact}", m.mean(), m.standard_error());
         assert!(m.standard_error() < 0.05 * exact);

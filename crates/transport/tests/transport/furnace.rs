@@ -5,7 +5,7 @@
 //! comparisons in this file, the family-wise false-alarm rate is 1.6e-4. Estimators with correlated
 //! pixels are compared by batches, at a false-alarm rate of 1e-3 for all of them together.
 
-use crate::common::{camera, container, fog, glass, mean, parts, shoot, shoot_by, sky, vacuum};
+use crate::common::{Batches, camera, container, fog, glass, mean, parts, shoot, sky, vacuum};
 use eikonal::field::{Gaussian, LinearIndex, Luneburg};
 use glam::DVec3;
 use morgana_transport::bsdf::Bsdf;
@@ -217,8 +217,10 @@ fn bidirectional_estimators() {
         let sensor = camera(from, DVec3::new(0.1, 0.0, -0.2));
         let mut scene = parts(vec![container(ball(), wall)], media, vec![sky()], sensor);
         scene.reflections = 2;
-        let shots = (0..12).map(|batch| shoot_by(by, scene.clone(), 160, 40 + batch));
-        let batches: Vec<f64> = shots.map(|r| mean(&r).0).collect();
+        let all = Batches::new(by, scene, 40);
+        let batches: Vec<f64> = (0..12)
+            .map(|batch| mean(&all.render(batch, 160)).0)
+            .collect();
         let m = moments(&batches);
         println!(
             "{name}, {}: {} ± {}, exact {exact}",

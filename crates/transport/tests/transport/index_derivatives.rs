@@ -296,7 +296,7 @@ fn compare(setup: Setup) {
     let samples = if long() {
         1 << 16
     } else {
-        crate::common::samples(1 << 10, 384)
+        crate::common::samples(1 << 10, 256)
     };
     let derivatives = by(setup.scene(), samples);
     let plain = moments(&losses(setup.scene(), samples));

@@ -8,7 +8,7 @@
 //!
 //! False-alarm rate: 1e-3 for the whole file.
 
-use crate::common::{container, fog, glass, parts, path_tracer, shoot_by, vacuum};
+use crate::common::{Batches, container, fog, glass, parts, path_tracer, vacuum};
 use eikonal::Field;
 use eikonal::field::LinearIndex;
 use glam::{DAffine3, DMat3, DVec3};
@@ -16,6 +16,7 @@ use morgana_transport::Spectrum;
 use morgana_transport::bsdf::Bsdf;
 use morgana_transport::emitter::Emitter;
 use morgana_transport::integrator::{Bdpt, Integrator, ParticleTracer};
+use morgana_transport::render::Rendering;
 use morgana_transport::scene::{Object, Parts, Sides};
 use morgana_transport::sensor::{Perspective, Sensor};
 use morgana_transport::shape::Sphere;
@@ -65,8 +66,7 @@ fn scene(wall: Bsdf, jump: f64, sensor: DVec3, light: DVec3) -> Parts {
 }
 
 /// ∫ L dω over the image.
-fn fluence(parts: &Parts, integrator: Integrator, samples: u64, seed: u64) -> f64 {
-    let rendering = shoot_by(integrator, parts.clone(), samples, seed);
+fn fluence(rendering: &Rendering) -> f64 {
     let side = 2.0 * HALF / PIXELS as f64;
     let at = |i: usize| side * (i as f64 + 0.5) - HALF;
     let pixels = rendering.film.pixels(0).enumerate();
@@ -94,10 +94,10 @@ fn light_and_sensor_change_places() {
         for (k, (integrator, samples)) in estimators.into_iter().enumerate() {
             let reading = |sensor: DVec3, light: DVec3, seed: u64| -> Vec<f64> {
                 let parts = scene(wall.clone(), jump, sensor, light);
-                let seeds = (0..BATCHES).map(|batch| seed + 100 * k as u64 + batch);
-                seeds
-                    .map(|seed| fluence(&parts, integrator, samples, seed) * squared(light))
-                    .collect()
+                let all = Batches::new(integrator, parts, seed + k as u64);
+                let fluence = |batch| fluence(&all.render(batch, samples));
+                let batches = (0..BATCHES).map(fluence);
+                batches.map(|fluence| fluence * squared(light)).collect()
             };
             let there = reading(x, y, 1000);
             let back = reading(y, x, 2000);

@@ -5,7 +5,7 @@
 //! over the image and over its four quarters.
 
 use crate::agreement::pooled::Pooled;
-use crate::common::{path_tracer, samples, shoot_by};
+use crate::common::{Batches, path_tracer, samples};
 use morgana_transport::integrator::{Bdpt, Integrator, ParticleTracer};
 use morgana_transport::render::Rendering;
 use morgana_transport::scene::Parts;
@@ -57,8 +57,8 @@ impl Effort {
 
     /// Samples per pixel of a batch. They follow from counts, not times, and are therefore equal on
     /// every machine.
-    fn samples(&self, integrator: Integrator, parts: &Parts) -> u64 {
-        let stats = shoot_by(integrator, parts.clone(), PROBE, u64::MAX).stats;
+    fn samples(&self, all: &Batches) -> u64 {
+        let stats = all.render(1 << 20, PROBE).stats;
         let events = stats.edges + stats.connections.attempts + stats.connections.trials;
         let work = (stats.work.evaluations + 20 * events) / PROBE;
         (self.work / (self.batches * work.max(1))).clamp(PROBE, 2048)
@@ -91,13 +91,11 @@ pub fn bdpt() -> Integrator {
 
 pub fn render(integrator: Integrator, parts: &Parts, effort: Effort, seed: u64) -> Means {
     let effort = effort.of_run();
-    let samples = effort.samples(integrator, parts);
+    let all = Batches::new(integrator, parts.clone(), seed.wrapping_mul(1 << 20));
+    let samples = effort.samples(&all);
     let mut means: Means = Default::default();
     for batch in 0..effort.batches {
-        let seed = seed.wrapping_mul(1 << 20).wrapping_add(batch);
-        let rendering = shoot_by(integrator, parts.clone(), samples, seed);
-        assert_eq!(rendering.stats.not_finite, 0);
-        for (area, mean) in means.iter_mut().zip(areas(&rendering)) {
+        for (area, mean) in means.iter_mut().zip(areas(&all.render(batch, samples))) {
             area.push(mean);
         }
     }

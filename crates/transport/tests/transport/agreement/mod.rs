@@ -74,7 +74,7 @@ fn estimators_agree_quickly() {
         wall: Wall::Matched,
         view: View::Lens,
     };
-    let row = compare("quick", &case.parts(), effort, 5000, Some(effort));
+    let row = compare("quick", &case.parts(), effort, 5001, Some(effort));
     println!("{}", table(std::slice::from_ref(&row), RATE, effort));
     judge(&[row], &[], RATE).unwrap();
 }

@@ -101,7 +101,7 @@ fn mirrors() {
     check(
         "leaning mirror",
         &corner(white(0.9), mirror(), None),
-        7102,
+        7112,
         true,
     );
     let coated = corner(Bsdf::Blend(blend), Bsdf::Plastic(plastic), None);

@@ -21,17 +21,7 @@ use morgana_transport::shape::Shape;
 use morgana_transport::volume::VolumeTexture;
 use morgana_transport::{Scene, Spectrum};
 use std::ops::ControlFlow;
-
-/// Returns `full` where planted errors are searched and under `MORGANA_LONG_TESTS`, else `few`. The
-/// environment variable `MORGANA_FULL_SAMPLES` is that of `scripts/planted.py`.
-pub fn samples(full: u64, few: u64) -> u64 {
-    let is_set = |name: &str| std::env::var_os(name).is_some();
-    if is_set("MORGANA_FULL_SAMPLES") || is_set("MORGANA_LONG_TESTS") {
-        full
-    } else {
-        few
-    }
-}
+pub use testkit::samples;
 
 /// A camera at `from` that looks at `to` through a field of view of 40°.
 pub fn camera(from: DVec3, to: DVec3) -> Sensor {
@@ -132,6 +122,49 @@ pub fn shoot_by(renderer: impl Into<Renderer>, parts: Parts, samples: u64, seed:
     let scene = Scene::new(parts).unwrap_or_else(|problems| panic!("{problems:?}"));
     let options = RenderOptions::new(renderer, samples, seed);
     render(&[scene], &options, |_| ControlFlow::Continue(()))
+}
+
+/// A render whose pilots have run. Batches of its samples share the scene and the results of the
+/// pilots, which take longer than a batch.
+pub struct Batches {
+    scene: [Scene; 1],
+    options: RenderOptions,
+    state: State,
+}
+
+impl Batches {
+    pub fn new(renderer: impl Into<Renderer>, parts: Parts, seed: u64) -> Self {
+        let scene = [Scene::new(parts).unwrap_or_else(|problems| panic!("{problems:?}"))];
+        let options = RenderOptions::new(renderer, 0, seed);
+        let mut batches = Batches {
+            state: State::new(&scene, &options),
+            scene,
+            options,
+        };
+        batches.state = batches.advanced(0, 0);
+        batches
+    }
+
+    /// Renders a batch of samples per pixel. Batches of one size have different samples.
+    pub fn render(&self, number: u64, samples: u64) -> Rendering {
+        let state = self.advanced(number * samples, samples);
+        let rendering = state.into_rendering(&self.scene);
+        assert_eq!(rendering.stats.not_finite, 0);
+        rendering
+    }
+
+    fn advanced(&self, first: u64, samples: u64) -> State {
+        let options = RenderOptions {
+            first,
+            samples,
+            ..self.options
+        };
+        let mut state = self.state.clone();
+        state.advance(&self.scene, &options, &Handle::default(), |_| {
+            ControlFlow::Continue(())
+        });
+        state
+    }
 }
 
 /// Mean of the image and its standard error.

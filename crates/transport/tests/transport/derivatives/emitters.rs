@@ -296,7 +296,7 @@ fn derivatives_by_values_of_emitters_are_differences() {
                 let samples = if long() {
                     1 << 14
                 } else {
-                    crate::common::samples(512, 256)
+                    crate::common::samples(512, 128)
                 };
                 let found = try_with(integrator, scene, &parameters, samples, &weights());
                 let found = &found.unwrap()[0];

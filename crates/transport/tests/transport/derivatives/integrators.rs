@@ -47,7 +47,7 @@ fn check(name: &str, integrator: Integrator, setup: &Setup, parameters: &[Radiom
     let samples = if long() {
         1 << 15
     } else {
-        crate::common::samples(512, 256)
+        crate::common::samples(512, 128)
     };
     let of =
         |integrator| try_with(integrator, setup.scene(), parameters, samples, &weights()).unwrap();

@@ -23,7 +23,7 @@ pub fn nobody() -> Sensor {
 pub fn particles(n: u64) -> u64 {
     match std::env::var_os("MORGANA_LONG_TESTS") {
         Some(_) => 10 * n,
-        None => n,
+        None => crate::common::samples(n, n / 2),
     }
 }
 

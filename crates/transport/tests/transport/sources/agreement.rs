@@ -1,6 +1,6 @@
 //! Agreement of `path`, `particle` and `bdpt` for light of apertures and fibres.
 
-use crate::common::{camera, container, fog, glass, mean, parts, path_tracer, shoot_by, vacuum};
+use crate::common::{Batches, camera, container, fog, glass, mean, parts, path_tracer, vacuum};
 use crate::sources::support::*;
 use crate::sources::volumes::{centred, uniform};
 use eikonal::Field;
@@ -24,12 +24,12 @@ const ROUND_OFF: f64 = 1e-5;
 
 /// Image means of independent renders.
 fn batches(integrator: Integrator, scene: &Parts, samples: u64, seed: u64) -> Vec<f64> {
-    let samples = effort(samples);
-    let render = |batch: u64| {
-        let rendering = shoot_by(integrator, scene.clone(), samples, 1000 * seed + batch);
-        mean(&rendering).0
-    };
-    (0..BATCHES).map(render).collect()
+    let (all, samples) = (
+        Batches::new(integrator, scene.clone(), seed),
+        effort(samples),
+    );
+    let mean = |batch: u64| mean(&all.render(batch, samples)).0;
+    (0..BATCHES).map(mean).collect()
 }
 
 /// A fibre at a point.
