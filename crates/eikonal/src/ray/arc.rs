@@ -36,6 +36,15 @@ impl Arc {
         }
     }
 
+    /// Returns the straight piece of a length in a unit direction, where the index is `n`.
+    #[inline]
+    pub fn straight(x: DVec3, direction: DVec3, length: f64, n: f64) -> Self {
+        Arc {
+            curve: Curve::Line(x, direction * length, length),
+            h: length / n,
+        }
+    }
+
     /// Returns the quintic with position, velocity dx/dσ and acceleration d²x/dσ² given at both
     /// ends.
     pub fn hermite(start: [DVec3; 3], end: [DVec3; 3], h: f64) -> Self {
@@ -185,6 +194,26 @@ impl Arc {
         }
     }
 
+    /// Returns arc length and optical path length as quintics of θ, with the values of
+    /// [`lengths`](Self::lengths), the rates and their changes at both ends.
+    pub fn lengths_along(&self) -> [LengthAlong; 2] {
+        if self.is_straight() {
+            return self.lengths(1.0).map(LengthAlong::even);
+        }
+        let h = self.h;
+        let rates = [0.0, 1.0].map(|theta| {
+            let (v, a) = (self.velocity(theta), self.acceleration(theta));
+            let (square, change) = (v.length_squared(), v.dot(a));
+            let speed = square.sqrt();
+            [
+                [speed * h, change / speed * h * h],
+                [square * h, 2.0 * change * h * h],
+            ]
+        });
+        let totals = self.lengths(1.0);
+        [0, 1].map(|i| LengthAlong::quintic(rates[0][i], totals[i], rates[1][i]))
+    }
+
     /// Returns the θ at which the arc length from the start is `s`; 1 if the piece is shorter.
     pub fn theta_at_length(&self, s: f64) -> f64 {
         self.theta_at(s, f64::sqrt)
@@ -229,7 +258,7 @@ impl Arc {
         }
         let [first, .., last] = differences(control);
         let at_end = |difference: DVec3| f((difference * (5.0 / self.h)).length_squared()) * self.h;
-        let guess = inverse(at_end(first), total, at_end(last), target);
+        let guess = LengthAlong::cubic(at_end(first), total, at_end(last)).inverse(target);
         self.by_newton(control, guess, target, &f)
     }
 
@@ -320,6 +349,64 @@ impl Arc {
     }
 }
 
+/// Length along an arc as a polynomial of θ without a constant term.
+#[derive(Clone, Copy, Debug)]
+pub struct LengthAlong([f64; 5]);
+
+impl LengthAlong {
+    /// Creates the length of a straight arc, which is `total` at θ = 1.
+    #[inline]
+    pub fn even(total: f64) -> Self {
+        LengthAlong([total, 0.0, 0.0, 0.0, 0.0])
+    }
+
+    /// Creates the cubic that is `total` at θ = 1, from its rates at both ends.
+    fn cubic(first: f64, total: f64, last: f64) -> Self {
+        let second = 3.0 * total - 2.0 * first - last;
+        LengthAlong([first, second, first + last - 2.0 * total, 0.0, 0.0])
+    }
+
+    /// Creates the quintic that is `total` at θ = 1, from its first and second derivatives at both
+    /// ends.
+    #[inline]
+    pub(super) fn quintic(first: [f64; 2], total: f64, last: [f64; 2]) -> Self {
+        let (a, b) = (first[0], 0.5 * first[1]);
+        let [value, slope, curvature] = [total - a - b, last[0] - a - 2.0 * b, 0.5 * last[1] - b];
+        LengthAlong([
+            a,
+            b,
+            10.0 * value - 4.0 * slope + curvature,
+            -15.0 * value + 7.0 * slope - 2.0 * curvature,
+            6.0 * value - 3.0 * slope + curvature,
+        ])
+    }
+
+    /// Returns the length from the start to θ.
+    #[inline]
+    pub fn at(&self, theta: f64) -> f64 {
+        let sum = |sum: f64, c: &f64| (sum + c) * theta;
+        self.0.iter().rev().fold(0.0, sum)
+    }
+
+    /// Returns the derivative by θ.
+    #[inline]
+    fn rate(&self, theta: f64) -> f64 {
+        let [a, b, c, d, e] = self.0;
+        a + theta * (2.0 * b + theta * (3.0 * c + theta * (4.0 * d + theta * 5.0 * e)))
+    }
+
+    /// Approximates the θ in [0, 1] at which the length is `target`; the length must be nearly
+    /// proportional to θ.
+    pub(super) fn inverse(&self, target: f64) -> f64 {
+        let mut theta = target / self.at(1.0);
+        for _ in 0..2 {
+            let excess = self.at(theta) - target;
+            theta = (theta - excess / self.rate(theta)).clamp(0.0, 1.0);
+        }
+        theta
+    }
+}
+
 /// Returns the differences of consecutive control points.
 fn differences(control: &[DVec3; 6]) -> [DVec3; 5] {
     std::array::from_fn(|i| control[i + 1] - control[i])
@@ -349,18 +436,6 @@ const QUARTICS: [[f64; 5]; 4] = [
 /// Integrates over [0, 1] by Gauss–Legendre quadrature, from the values at the nodes.
 pub(super) fn weighted([a, b, c, d]: [f64; 4]) -> f64 {
     OUTER * (a + d) + INNER * (b + c)
-}
-
-/// Returns the place in [0, 1] where a function reaches `target`. The function is 0 and `total` at
-/// the ends, has the slopes `first` and `last` there, and is taken as cubic and nearly linear.
-fn inverse(first: f64, total: f64, last: f64, target: f64) -> f64 {
-    let (b, c) = (3.0 * total - 2.0 * first - last, first + last - 2.0 * total);
-    let mut t = target / total;
-    for _ in 0..2 {
-        let excess = t * (first + t * (b + t * c)) - target;
-        t = (t - excess / (first + t * (2.0 * b + t * 3.0 * c))).clamp(0.0, 1.0);
-    }
-    t
 }
 
 /// Returns the Bernstein polynomials of degree five.

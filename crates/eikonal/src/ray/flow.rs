@@ -59,7 +59,7 @@ impl AddAssign for Work {
 /// estimate is.
 const MAX_STEP_RATIO: f64 = 1.25;
 /// Largest size of a repeated step, relative to the step that would just have been accepted.
-const SAFETY: f64 = 0.9;
+pub(super) const SAFETY: f64 = 0.9;
 
 /// Denominator of the error of a step: where the field turns a ray at the rate Ω per unit of σ, the
 /// error is h⁵Ω⁴n over this.
@@ -184,6 +184,6 @@ pub(super) fn expected_step(tolerance: Tolerance) -> f64 {
 }
 
 /// Returns x^¼ by square roots, which every processor rounds alike.
-fn fourth_root(x: f64) -> f64 {
+pub(super) fn fourth_root(x: f64) -> f64 {
     x.sqrt().sqrt()
 }

@@ -76,6 +76,14 @@ impl<V: Variation> Node<V> {
         node
     }
 
+    /// Returns the node at the same position with another unit direction.
+    pub fn turned(&self, direction: DVec3) -> Self {
+        Node {
+            v: direction * self.n2.sqrt(),
+            ..*self
+        }
+    }
+
     /// Returns the node a span `h` of σ further, by one step of the scheme.
     pub fn advanced(&self, field: &Field, h: f64) -> Self {
         let mut node = *self;

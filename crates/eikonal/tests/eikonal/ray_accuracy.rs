@@ -10,7 +10,7 @@ use morgana_eikonal::field::{
     Acoustic, AcousticMode, Bspline, Coordinate, Field, Fisheye, Gaussian, IndexProfile, Luneburg,
     Placement, Sum,
 };
-use morgana_eikonal::ray::{Flow, Node, Tangents, perpendicular_basis};
+use morgana_eikonal::ray::{Flow, Node, ShortRay, Tangents, perpendicular_basis};
 use morgana_eikonal::{Aabb, PathDifference, Reference, Tolerance, Work};
 
 const LENGTH: f64 = 1.8;
@@ -24,7 +24,11 @@ struct End {
     jacobian: f64,
 }
 
-fn follow(field: &Field, (x, d): (DVec3, DVec3), tolerance: f64) -> End {
+fn follow(field: &Field, ray: (DVec3, DVec3), tolerance: f64) -> End {
+    follow_for(field, ray, LENGTH, tolerance)
+}
+
+fn follow_for(field: &Field, (x, d): (DVec3, DVec3), whole: f64, tolerance: f64) -> End {
     let tangents = Tangents::angular(field.n(x), perpendicular_basis(d));
     let node = Node::start(field, x, d, tangents);
     let mut flow = Flow::new(field, node, Tolerance::new(tolerance));
@@ -32,7 +36,7 @@ fn follow(field: &Field, (x, d): (DVec3, DVec3), tolerance: f64) -> End {
     let mut difference = PathDifference::new(Reference::Index(N_REF), d);
     loop {
         let step = flow.advance(1.0, &mut work);
-        let theta = step.arc.theta_at_length(LENGTH - length);
+        let theta = step.arc.theta_at_length(whole - length);
         difference.add(field, &step.arc, [0.0, theta], &mut work);
         length += step.arc.arc_length(theta);
         optical_length += step.arc.optical_length(theta);
@@ -207,6 +211,66 @@ fn rough_samples_cost_what_the_manual_says() {
             println!("{tolerance:e}: {found:?}");
             assert_below(found, &manual);
         }
+    }
+}
+
+/// Follows a ray for a length by at most eight short steps. Returns its end and its optical length.
+fn follow_shortly(
+    field: &Field,
+    mut ray: ShortRay,
+    length: f64,
+    tolerance: Tolerance,
+) -> Option<(Node<()>, f64)> {
+    let (mut left, mut optical_length) = (length, 0.0);
+    for _ in 0..8 {
+        let step = ray.advance(field, left, tolerance, &mut Work::default())?;
+        let [gone, optical] = step.lengths.map(|l| l.at(step.theta_end));
+        optical_length += optical;
+        left -= gone;
+        if step.is_last {
+            return Some((ray.node, optical_length));
+        }
+    }
+    None
+}
+
+/// Flights of a few short steps, one after the other along rays. The errors of position, direction
+/// and optical length are those that the manual states for longer steps.
+#[test]
+fn short_steps_are_as_good_as_the_manual_says() {
+    let mut random = Random(8);
+    for (tolerance, manual) in MANUAL {
+        let (mut most, mut flights, mut others) = ([0.0f64; 3], 0, 0);
+        for (field, _) in fields() {
+            for [start, toward] in along_z() {
+                let mut ray = ShortRay::new(&field, start, toward);
+                while ray.node.x.z < 0.9 {
+                    let length = 0.2 * -random.between(0.0, 1.0).ln();
+                    let from = (ray.node.x, ray.node.v.normalize());
+                    let exact = follow_for(&field, from, length, 1e-12);
+                    let found = follow_shortly(&field, ray, length, Tolerance::new(tolerance));
+                    ray = ShortRay::new(&field, exact.x, exact.direction);
+                    let Some((end, optical_length)) = found else {
+                        others += 1;
+                        continue;
+                    };
+                    flights += 1;
+                    let errors = [
+                        end.x.distance(exact.x) / length,
+                        end.v.normalize().distance(exact.direction),
+                        (optical_length - exact.optical_length).abs() / length,
+                    ];
+                    most = std::array::from_fn(|i| errors[i].max(most[i]));
+                    // The values at the end are those of the field.
+                    let there = Node::start(&field, end.x, toward, ());
+                    let [n2, a] = [(end.n2 - there.n2).abs(), end.a.distance(there.a)];
+                    assert!(n2 < 0.1 * tolerance && a < 1e2 * tolerance, "{n2} {a}");
+                }
+            }
+        }
+        println!("{tolerance:e}: {most:?}, {flights} flights, {others} are longer");
+        let good = most.iter().zip(manual).all(|(found, most)| *found < most);
+        assert!(good && flights > 300, "{tolerance:e}: {most:?} {manual:?}");
     }
 }
 

@@ -18,7 +18,7 @@ const VOLUMES: usize = 12;
 /// Number of volumes of tetrahedra.
 const MESHES: usize = 6;
 
-fn run(scene: &Value, seed: u64, max_depth: Option<u32>) -> Measurement {
+pub fn run(scene: &Value, seed: u64, max_depth: Option<u32>) -> Measurement {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("scene.json");
     fs::write(&path, scene.to_string()).unwrap();
@@ -123,7 +123,7 @@ fn random_scene(rng: &mut Rng, kind: Kind) -> Value {
 }
 
 /// Adds a meter that makes walks use edges: it keeps records of light far from all else.
-fn by_edges(scene: &Value) -> Value {
+pub fn by_edges(scene: &Value) -> Value {
     let mut by_edges = scene.clone();
     by_edges["zz_far"] = json!({
         "type": "sphere", "radius": 0.1, "center": [900, 900, 900], "bsdf": {"type": "null"},
@@ -191,7 +191,7 @@ fn of_tetrahedra(scene: &Value, rng: &mut Rng) -> Value {
 }
 
 /// Names and z-scores of all quantities that two measurements share.
-fn differences(a: &Measurement, b: &Measurement) -> Vec<(String, f64)> {
+pub fn differences(a: &Measurement, b: &Measurement) -> Vec<(String, f64)> {
     let mut zs = Vec::new();
     let balances = |m: &Measurement| {
         [

@@ -28,6 +28,7 @@ mod films;
 mod flakes;
 mod fluorescence;
 mod formulas;
+mod free_flights;
 mod gltf;
 mod grid_rounding;
 mod hash;

@@ -54,5 +54,5 @@ pub(crate) use walk::{
     Continuation, EmittedAlong, FollowedRay, RayObserver, SeenSurface, UnscatteredRay, follow,
     gather_along, gather_in_view, see,
 };
-pub use walk::{FreeFlight, Sampling, TraceEnding, trace};
+pub use walk::{FreeFlight, FreeLeg, Sampling, TraceEnding, trace};
 pub use workspace::{FirstVertexTechniques, RayPart, SplitSample, Workspace};

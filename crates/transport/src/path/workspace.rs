@@ -8,7 +8,7 @@ use super::segment::EdgeGeometry;
 use crate::scene::MediumId;
 use crate::stats::Stats;
 use crate::stop::Stop;
-use eikonal::ray::Arc;
+use eikonal::ray::{Arc, ShortRay};
 use eikonal::{Solver, Tolerance};
 use serde::{Deserialize, Serialize};
 
@@ -66,6 +66,8 @@ pub struct Workspace {
     pub(in crate::path) line: Vec<RayPart>,
     /// Parts of the last sampled edge up to its end, if [requested](super::Sampling::parts).
     pub edge_parts: Vec<RayPart>,
+    /// Last curved free flight of the current walk, at its end.
+    pub(in crate::path) last_flight: Option<ShortRay>,
 }
 
 /// Techniques that reduce the variance of the first edges of paths from the sensor. See
@@ -110,6 +112,7 @@ impl Workspace {
             stop: Stop::default(),
             line: Vec::new(),
             edge_parts: Vec::new(),
+            last_flight: None,
         }
     }
 

@@ -4,7 +4,7 @@
 use super::Object;
 use super::parts::Parts;
 use crate::shape::Shape;
-use crate::volume::{Leaps, spread};
+use crate::volume::{Leaps, cell_of, number_of, spread};
 use eikonal::Aabb;
 use glam::DVec3;
 
@@ -75,6 +75,18 @@ impl Clearance {
     }
 }
 
+impl Clearance {
+    /// Returns true if all points within a distance of `x` are known to be off all surfaces.
+    #[inline]
+    pub(super) fn is_free_around(&self, x: DVec3, distance: f64) -> bool {
+        match self {
+            Clearance::Unknown => false,
+            Clearance::Everywhere => true,
+            Clearance::Layers(layers) => layers.is_free_around(x, distance),
+        }
+    }
+}
+
 /// Returns the side of cells for which a box of an extent holds about [`CELLS`] cells, if the side
 /// is finite. Along an axis where the box is thinner than a cell, it has one cell.
 fn side(extent: DVec3) -> Option<f64> {
@@ -132,6 +144,20 @@ impl ClearLayers {
             }
         }
         false
+    }
+
+    /// Returns true if all points within a distance of `x` are in empty cells.
+    #[inline]
+    fn is_free_around(&self, x: DVec3, distance: f64) -> bool {
+        let cell = number_of(
+            cell_of((x - self.low) / self.side),
+            self.size.map(|n| n as f64).into(),
+        );
+        // Layers beyond the cell's own are whole.
+        cell.is_some_and(|cell| {
+            let layers = self.layers[cell];
+            layers != FULL && distance <= f64::from(layers) * self.side
+        })
     }
 
     /// Marks cells that an object's surface may pass through.

@@ -20,7 +20,7 @@ const OTHER: u8 = u8::MAX;
 /// Matter with one index and uniform coefficients: a medium, or one label of a medium.
 #[derive(Clone, Debug)]
 pub struct Matter {
-    /// Refractive index.
+    /// Refractive index; NaN if it varies from point to point.
     pub n: f64,
     /// Extinction coefficient σ_t per unit length.
     pub extinction: Spectrum,
@@ -57,6 +57,8 @@ pub(super) struct Matters {
 enum Extent {
     /// A medium with a single matter.
     Everywhere(usize),
+    /// A medium in which rays bend, whose matter is the same everywhere except for its index.
+    Curved(usize),
     /// Voxels that store the number of their matter.
     Voxels {
         grid: Arc<LabelGrid>,
@@ -103,11 +105,14 @@ impl Matters {
 
     /// Adds the matter of a medium.
     fn add(&mut self, medium: &Medium) -> Option<Extent> {
+        let first = self.list.len();
         if !medium.index.is_constant() {
-            return None;
+            let coefficients = [medium.uniform_extinction()?, medium.uniform_absorption()?];
+            self.list
+                .push(Matter::new(f64::NAN, coefficients, &medium.phase));
+            return Some(Extent::Curved(first));
         }
         let n = medium.index.n(DVec3::ZERO);
-        let first = self.list.len();
         if let Some(labels) = &medium.labels {
             let matter = |label: usize| {
                 let of = &labels.list()[label];
@@ -153,7 +158,7 @@ impl Matters {
         let number = |voxel: usize| {
             let medium = voxels.of_voxel(voxel).filter(|m| *m != partition.exterior);
             let matter = match medium.and_then(|m| self.extents.get(m)?.as_ref()) {
-                None => return Some(OTHER),
+                None | Some(Extent::Curved(_)) => return Some(OTHER),
                 Some(Extent::Everywhere(matter)) => *matter,
                 Some(Extent::Voxels { grid, numbered, .. }) => {
                     let same = grid.size() == parts.size() && grid.to_world() == parts.to_world();
@@ -192,13 +197,24 @@ impl Matters {
     pub(super) fn own(&self, medium: MediumId) -> Vec<usize> {
         match &self.extents[medium] {
             None => Vec::new(),
-            Some(Extent::Everywhere(matter)) => vec![*matter],
+            Some(Extent::Everywhere(matter) | Extent::Curved(matter)) => vec![*matter],
             Some(Extent::Voxels { numbered, .. }) => numbered.iter().flatten().copied().collect(),
         }
     }
 }
 
 impl Scene {
+    /// Returns the matter of a medium in which rays bend, if it is the same everywhere except for
+    /// its index.
+    #[inline]
+    pub(crate) fn matter_of_curved(&self, medium: MediumId) -> Option<&Matter> {
+        let matters = self.matters();
+        match matters.extents[medium] {
+            Some(Extent::Curved(matter)) => Some(&matters.list[matter]),
+            _ => None,
+        }
+    }
+
     /// Returns the segments of a straight line from `x` in a unit direction, up to an optical depth
     /// in a channel. The point `x` is in `medium`. Returns `None` if the line may meet a surface,
     /// if the matter is unknown, or if there are too many segments.
@@ -206,12 +222,13 @@ impl Scene {
     pub(crate) fn free_segments(
         &self,
         medium: MediumId,
-        [x, direction]: [DVec3; 2],
+        line: [DVec3; 2],
         channel: usize,
         depth: f64,
     ) -> Option<Segments<'_>> {
         let matters = self.matters();
         let (segments, within) = match matters.extents[medium].as_ref()? {
+            Extent::Curved(_) => return None,
             Extent::Everywhere(matter) => {
                 let matter = &matters.list[*matter];
                 let length = depth / matter.extinction[channel];
@@ -223,14 +240,14 @@ impl Scene {
                 partition,
             } => {
                 let matter = |number: u8| numbered[usize::from(number)].map(|i| &matters.list[i]);
-                let segments = segments(grid, matter, [x, direction], channel, depth)?;
+                let segments = segments(grid, matter, line, channel, depth)?;
                 (segments, *partition)
             }
         };
         let length: f64 = segments.iter().map(|segment| segment.length).sum();
         // Light without a collision within the scene leaves it.
-        let ends = length < self.reach(x);
-        (ends && self.is_free(medium, within, [x, direction], length)).then_some(segments)
+        let ends = length < self.reach(line[0]);
+        (ends && self.is_free_line(medium, within, line, length)).then_some(segments)
     }
 }
 

@@ -1,6 +1,7 @@
 //! Intersections of rays with a scene.
 
 use super::Scene;
+use super::clearance::Clearance;
 use super::index::Index;
 use super::matter::Matters;
 use super::parts::MediumId;
@@ -105,6 +106,31 @@ impl Scene {
             && self.is_clear_of_others(x, direction, length)
     }
 
+    /// Like [`is_free`](Self::is_free), but searches for surfaces in scenes in which this takes no
+    /// longer than bounds of distances.
+    #[inline]
+    pub(crate) fn is_free_line(
+        &self,
+        medium: MediumId,
+        within: Option<usize>,
+        [x, direction]: [DVec3; 2],
+        length: f64,
+    ) -> bool {
+        if matches!(self.clearance(), Clearance::Unknown) {
+            let arc = Arc::straight(x, direction, length, 1.0);
+            return self.first_beyond(&arc, None).is_none();
+        }
+        self.is_free(medium, within, [x, direction], length)
+    }
+
+    /// Returns true if an arc meets no surface up to θ = `end`.
+    #[inline]
+    pub(crate) fn is_free_curve(&self, arc: &Arc, end: f64, length: f64) -> bool {
+        let is_clear = || self.clearance().is_free_around(arc.start(), length);
+        (self.parts.partitions.is_empty() && is_clear())
+            || self.first_before(arc, end, None).is_none()
+    }
+
     /// Returns true if the line is known to meet no face between voxels.
     fn is_clear_of_voxels(
         &self,
@@ -128,14 +154,19 @@ impl Scene {
     /// Returns true if the line is known to meet no surface other than faces between voxels.
     #[inline]
     fn is_clear_of_others(&self, x: DVec3, direction: DVec3, length: f64) -> bool {
-        let clearance = self.clearance.get_or_init(|| {
+        self.clearance().is_free(x, direction, length)
+    }
+
+    /// Returns bounds of the distance to surfaces other than faces between voxels.
+    #[inline]
+    fn clearance(&self) -> &Clearance {
+        self.clearance.get_or_init(|| {
             // Cover the media in which light can collide.
             let regions = self.media().iter().zip(self.regions());
             let turbid = regions.filter(|(medium, _)| !medium.is_transparent());
             let within = turbid.fold(Aabb::EMPTY, |all, (_, region)| all.union(region.aabb));
             self.geometry.clearance(&self.parts, &within)
-        });
-        clearance.is_free(x, direction, length)
+        })
     }
 
     /// Returns the first boundary between media that an arc crosses deterministically, except the

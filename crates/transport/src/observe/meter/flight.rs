@@ -2,10 +2,9 @@
 
 use super::polarization::ParticleStokes;
 use crate::Spectrum;
-use crate::path::{End, FreeFlightEvent, Point, Span, WalkEvent, share};
-use crate::scene::{MediumId, Scene, Segment};
+use crate::path::{End, FreeFlightEvent, FreeLeg, Point, Span, WalkEvent, share};
+use crate::scene::{MediumId, Scene};
 use crate::shape::Hit;
-use eikonal::ray::Arc;
 use glam::DVec3;
 
 /// Flight of a particle along one arc of its path.
@@ -69,50 +68,32 @@ impl Passing<'_> {
     }
 }
 
-/// Segment of a free flight, which no surface interrupts.
+/// Leg of a free flight of a particle.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct FreeLeg<'e, 's> {
+pub(super) struct FreeFlightLeg<'e, 's> {
     /// Power of the particle.
     pub power: Spectrum,
-    /// Start point.
-    pub start: DVec3,
-    /// Unit direction.
-    pub direction: DVec3,
-    /// Optical path lengths from the emitter to the ends of the segment.
-    pub optical_length: [f64; 2],
-    /// Length of the segment, and the matter that it passes through.
-    pub segment: &'e Segment<'s>,
+    /// Optical path length from the emitter to the start of the leg.
+    pub optical_length: f64,
+    /// Course of the leg, and the matter that it passes through.
+    pub leg: &'e FreeLeg<'s>,
 }
 
-/// Returns the segments of a free flight.
-pub(super) fn free_segments<'e, 's>(
+/// Returns the legs of a free flight.
+pub(super) fn free_legs<'e, 's>(
     event: &FreeFlightEvent<'e, 's>,
-) -> impl Iterator<Item = FreeLeg<'e, 's>> {
-    let (ray, flight) = (event.ray, event.flight);
-    let (mut start, mut optical_length) = (flight.start, ray.optical_length);
-    flight.segments.iter().map(move |segment| {
-        let after = optical_length + segment.matter.n * segment.length;
-        let free = FreeLeg {
-            power: ray.throughput,
-            start,
-            direction: flight.direction,
-            optical_length: [optical_length, after],
-            segment,
+) -> impl Iterator<Item = FreeFlightLeg<'e, 's>> {
+    let power = event.ray.throughput;
+    let mut optical_length = event.ray.optical_length;
+    event.flight.legs.iter().map(move |leg| {
+        let free = FreeFlightLeg {
+            power,
+            optical_length,
+            leg,
         };
-        start += flight.direction * segment.length;
-        optical_length = after;
+        optical_length += leg.optical_length();
         free
     })
-}
-
-impl FreeLeg<'_, '_> {
-    /// Returns the arc of the segment from θ = 0 to 1.
-    pub(super) fn arc(&self) -> Arc {
-        let n = self.segment.matter.n;
-        // Planted error "tagged flights that nothing interrupts without the index", found by morgana-transport/transport::meters::sidebands::sidebands_of_meters_are_sums_over_records:
-        // Arc::line(self.start, self.direction, self.segment.length * n / n)
-        Arc::line(self.start, self.direction * n, self.segment.length / n)
-    }
 }
 
 /// Returns the flights of a particle along an edge, up to its end.

@@ -8,7 +8,7 @@
 //! pieces add up to the whole.
 
 use super::dwell::Dwell;
-use super::flight::{Collision, Flight, FreeLeg};
+use super::flight::{Collision, Flight, FreeFlightLeg};
 use super::grid::{Coordinates, MeterGrid};
 use super::reading::{Quantity, ReadingAxis, Value};
 use super::tagging::Tagging;
@@ -18,7 +18,7 @@ use crate::path::FreeFlightEvent;
 use crate::sampling::Sampler;
 use crate::sidebands::Sidebands;
 use crate::{Bins, Spectrum};
-use eikonal::ray::Arc;
+use eikonal::ray::{Arc, LengthAlong};
 use glam::{DVec2, DVec3};
 use smallvec::{SmallVec, smallvec};
 
@@ -218,8 +218,8 @@ impl FluenceMeter {
             ..
         } = scoring;
         // Score w ∫ ds of each piece, eq. (track lengths and collisions).
-        let uniform = flight.uniform();
-        self.pieces_of(flight, cuts, |cell, piece| {
+        let (uniform, segment) = (flight.uniform(), Segment::of(flight));
+        self.pieces(&segment, cuts, |cell, piece| {
             let (theta, values) = match uniform {
                 Some([power, absorption]) => {
                     let fluence = power * piece.length();
@@ -231,15 +231,9 @@ impl FluenceMeter {
                     (Some(theta), [fluence, absorbed])
                 }
             };
-            let (arc, start) = (&flight.span.arc, flight.optical_length);
-            let optical_length = |theta| start + arc.optical_length(theta);
             let factors = |domain: &FrequencyDomain| match theta {
-                Some(theta) => domain.factors(optical_length(theta)),
-                None if arc.is_straight() => {
-                    domain.factors_between(piece.theta.map(optical_length))
-                }
-                // The optical length of a curved arc is not linear in its length.
-                None => domain.factors(optical_length(piece.place(arc, sampler.next_1d()))),
+                Some(theta) => domain.factors(segment.optical_length_at(theta)),
+                None => piece.factors(&segment, domain, sampler),
             };
             self.score(cell, values, factors, slots);
             if let Some(tagging) = tagged {
@@ -259,17 +253,12 @@ impl FluenceMeter {
         cuts: &mut Cuts,
         see: impl FnMut(usize, Piece),
     ) {
-        let segment = Segment {
-            arc: &flight.span.arc,
-            theta_end: flight.theta_end,
-            optical_length: flight.optical_length,
-        };
-        self.pieces(&segment, cuts, see);
+        self.pieces(&Segment::of(flight), cuts, see);
     }
 
-    /// Scores a segment of a free flight from one collision to the next.
+    /// Scores a leg of a free flight.
     #[inline]
-    pub(super) fn fly_freely(&self, free: &FreeLeg, scoring: &mut Scoring) {
+    pub(super) fn fly_freely(&self, free: &FreeFlightLeg, scoring: &mut Scoring) {
         if self.estimator == Estimator::Collision {
             return;
         }
@@ -281,39 +270,26 @@ impl FluenceMeter {
             dwell,
             ..
         } = scoring;
-        let (length, matter) = (free.segment.length, free.segment.matter);
-        let step = free.direction * length;
-        let line = Line {
-            ends: [free.start, free.start + step],
-            length,
+        let leg = free.leg;
+        let segment = Segment {
+            arc: &leg.arc,
+            theta_end: leg.theta_end,
+            // Planted error "gates of free flights by a wrong optical length", found by morgana-io/io::fluorescence::an_infinite_medium_fluoresces_as_in_closed_form:
+            // optical_length: free.optical_length - leg.optical_length(),
             optical_length: free.optical_length,
-            theta_end: 1.0,
+            lengths: Some(leg.lengths),
         };
-        let mut see = |cell, piece: Piece| {
+        self.pieces(&segment, cuts, |cell, piece| {
             let fluence = free.power * piece.length();
-            let values = [fluence, fluence * matter.absorption];
-            let [before, after] = free.optical_length;
-            let optical_length = |theta| before + (after - before) * theta;
-            let factors =
-                |domain: &FrequencyDomain| domain.factors_between(piece.theta.map(optical_length));
+            let values = [fluence, fluence * leg.matter.absorption];
+            let factors = |domain: &FrequencyDomain| piece.factors(&segment, domain, sampler);
             self.score(cell, values, factors, slots);
             if let Some(tagging) = tagged {
-                let modulation = |u| tagging.until(piece.place_on_line(u));
+                let modulation = |u| tagging.until(piece.place(&leg.arc, u));
                 let u = sampler.next_1d();
                 self.score_parts(cell, fluence, u, modulation, (dwell, slots));
             }
-        };
-        if self.pieces_of_line(&line, &mut see).is_none() {
-            // Planted error "gates of free flights by a wrong optical length", found by morgana-io/io::fluorescence::an_infinite_medium_fluoresces_as_in_closed_form:
-            // let arc = Arc::line(free.start, step, 1.0);
-            let arc = free.arc();
-            let segment = Segment {
-                arc: &arc,
-                theta_end: 1.0,
-                optical_length: free.optical_length[0],
-            };
-            self.pieces(&segment, cuts, see);
-        }
+        });
     }
 
     /// Scores the collision at the end of a free flight.
@@ -323,8 +299,8 @@ impl FluenceMeter {
             return;
         }
         let (power, flight) = (event.ray.throughput, event.flight);
-        let matter = flight.last().matter;
-        if let Some(cell) = self.locate(flight.end(), event.optical_length) {
+        let matter = flight.matter();
+        if let Some(cell) = self.locate(flight.end, event.optical_length) {
             let fluence = power / matter.extinction[flight.channel];
             let values = [fluence, fluence * matter.absorption];
             self.score_collision(cell, values, event.optical_length, scoring);
@@ -348,6 +324,10 @@ impl FluenceMeter {
                 return;
             }
         }
+        let lengths = segment.lengths_along();
+        if self.pieces_of_curve(segment, &lengths, &mut see).is_some() {
+            return;
+        }
         cuts.clear();
         self.grid.cut(arc, theta_end, cuts);
         if cuts.is_empty() && self.grid.cell(arc.position(0.5 * theta_end)).is_none() {
@@ -359,12 +339,9 @@ impl FluenceMeter {
         // Find the cell of each piece by its midpoint.
         let (mut from, mut before) = (0.0, 0.0);
         for &to in cuts.iter() {
-            let length = arc.arc_length(to);
+            let length = lengths[0].at(to);
             let middle = 0.5 * (from + to);
-            let optical_length = match self.optical_length {
-                None => 0.0,
-                Some(_) => segment.optical_length + arc.optical_length(middle),
-            };
+            let optical_length = segment.optical_length + lengths[1].at(middle);
             if let Some(cell) = self.locate(arc.position(middle), optical_length) {
                 // Planted error "fluence of particles weighted by n²", found by morgana-transport/transport::meters::closed_forms::fluence_in_a_furnace_is_that_of_the_index_squared:
                 // let n2 = arc.velocity(0.0).length_squared(); let (theta, lengths) = ([from, to], [before * n2, length * n2]);
@@ -395,6 +372,40 @@ impl FluenceMeter {
             let edges = bins.edges_between(optical(from), optical(to));
             let mut before = from;
             for after in edges.map(share).chain([to]) {
+                if let Some(bin) = bins.index(optical(0.5 * (before + after))) {
+                    see(bin * self.grid.cells() + cell, piece([before, after]));
+                }
+                before = after;
+            }
+        })
+    }
+
+    /// Cuts a curved arc, like [`pieces`](Self::pieces). Returns `None` unless the arc runs through
+    /// a Cartesian grid almost straight.
+    #[inline]
+    fn pieces_of_curve(
+        &self,
+        segment: &Segment,
+        [lengths, optical_lengths]: &[LengthAlong; 2],
+        mut see: impl FnMut(usize, Piece),
+    ) -> Option<()> {
+        let piece = |theta: [f64; 2]| Piece {
+            theta,
+            lengths: theta.map(|theta| lengths.at(theta)),
+        };
+        let (arc, theta_end) = (segment.arc, segment.theta_end);
+        let Some(bins) = &self.optical_length else {
+            return self
+                .grid
+                .along_curve(arc, theta_end, |cell, theta| see(cell, piece(theta)));
+        };
+        let first = segment.optical_length;
+        let optical = |theta: f64| first + optical_lengths.at(theta);
+        self.grid.along_curve(arc, theta_end, |cell, [from, to]| {
+            let edges = bins.edges_between(optical(from), optical(to));
+            let mut before = from;
+            let edges = edges.map(|edge| arc.theta_at_optical_length(edge - first).clamp(from, to));
+            for after in edges.chain([to]) {
                 if let Some(bin) = bins.index(optical(0.5 * (before + after))) {
                     see(bin * self.grid.cells() + cell, piece([before, after]));
                 }
@@ -462,6 +473,29 @@ struct Segment<'a> {
     theta_end: f64,
     /// Optical path length from the emitter to the start of the arc.
     optical_length: f64,
+    /// Arc length and optical path length along the arc, if they are known.
+    lengths: Option<[LengthAlong; 2]>,
+}
+
+impl<'a> Segment<'a> {
+    fn of(flight: &Flight<'a>) -> Self {
+        Segment {
+            arc: &flight.span.arc,
+            theta_end: flight.theta_end,
+            optical_length: flight.optical_length,
+            lengths: None,
+        }
+    }
+
+    /// Returns arc length and optical path length along the arc.
+    fn lengths_along(&self) -> [LengthAlong; 2] {
+        self.lengths.unwrap_or_else(|| self.arc.lengths_along())
+    }
+
+    /// Returns the optical path length from the emitter to θ.
+    fn optical_length_at(&self, theta: f64) -> f64 {
+        self.optical_length + self.arc.optical_length(theta)
+    }
 }
 
 /// Straight line in a region of uniform index.
@@ -493,16 +527,28 @@ impl Piece {
     /// Samples θ of a point, uniformly in arc length, with a random number `u` in [0, 1).
     fn place(&self, arc: &Arc, u: f64) -> f64 {
         if arc.is_straight() {
-            return self.place_on_line(u);
+            let [from, to] = self.theta;
+            return from + (to - from) * u;
         }
         let s = self.lengths[0] + self.length() * u;
         arc.theta_between(self.theta, self.lengths, s)
     }
 
-    /// Samples θ of a point on a straight line, uniformly in arc length.
-    fn place_on_line(&self, u: f64) -> f64 {
-        let [from, to] = self.theta;
-        from + (to - from) * u
+    /// Returns the factors of the parts of modulated fluence: their means along a straight piece, or
+    /// the factors at a sampled point of a curved one.
+    fn factors(
+        &self,
+        segment: &Segment,
+        domain: &FrequencyDomain,
+        sampler: &mut Sampler,
+    ) -> Factors {
+        if segment.arc.is_straight() {
+            return domain
+                .factors_between(self.theta.map(|theta| segment.optical_length_at(theta)));
+        }
+        // The optical length of a curved arc is not linear in its length.
+        let theta = self.place(segment.arc, sampler.next_1d());
+        domain.factors(segment.optical_length_at(theta))
     }
 
     /// Samples a point of a flight's piece. Returns its θ, and an unbiased estimate of ∫ power ds

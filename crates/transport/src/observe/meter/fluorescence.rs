@@ -265,7 +265,7 @@ impl Observer for Places {
     }
 
     fn fly_freely(&mut self, event: &FreeFlightEvent) {
-        let (ray, x) = (event.ray, event.flight.end());
+        let (ray, x) = (event.ray, event.flight.end);
         if let Some(fluorescence) = at(event.scene, ray.start.medium, x) {
             let absorbed = ray.throughput.sum() * (1.0 - event.flight.albedo());
             self.collide(fluorescence, absorbed, || {

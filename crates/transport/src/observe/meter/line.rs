@@ -1,9 +1,17 @@
-//! Cells of a Cartesian grid along a straight line (docs/theory.md#cutting-arcs), after J.
-//! Amanatides and A. Woo, "A Fast Voxel Traversal Algorithm for Ray Tracing", Eurographics 1987.
+//! Cells of a Cartesian grid along a straight line or along an arc that bends little
+//! (docs/theory.md#cutting-arcs), after J. Amanatides and A. Woo, "A Fast Voxel Traversal Algorithm
+//! for Ray Tracing", Eurographics 1987.
 
 use super::grid::{Coordinates, MeterGrid};
 use crate::volume::{cell_of, number_of};
+use eikonal::ray::Arc;
 use glam::DVec3;
+
+/// Smallest ratio of the rates at which an arc moves along an axis, for which Newton's method
+/// surely finds where it meets a plane across the axis.
+const MIN_RATE_RATIO: f64 = 0.5;
+/// Change of θ below which a Newton step is the last: the next change would be about its square.
+const MAX_LAST_STEP: f64 = 1e-7;
 
 impl MeterGrid {
     /// Calls `see` with each cell along a straight line, in order, and the fractions of the line at
@@ -25,39 +33,151 @@ impl MeterGrid {
             && let Some(cell) = number_of(cells[0], top)
         {
             see(cell, [0.0, 1.0]);
-        } else if let Some(mut line) = Crossing::of(ends, cells, top) {
-            while line.left > 0.0 {
-                let (cell, piece) = line.next();
-                see(cell, piece);
-            }
-            see(line.number(), [line.from, line.leave]);
+        } else if let Some(line) = Crossing::of_line(ends, cells, top) {
+            line.see_all(see);
+        }
+        Some(())
+    }
+
+    /// Calls `see` with each cell along an arc up to `theta_end`, in order, and the θ at which the
+    /// arc enters and leaves the cell. Returns `None`, before any call, if the grid is not
+    /// Cartesian, or if the arc leaves the grid or bends too much.
+    #[inline]
+    pub(super) fn along_curve(
+        &self,
+        arc: &Arc,
+        theta_end: f64,
+        mut see: impl FnMut(usize, [f64; 2]),
+    ) -> Option<()> {
+        if self.coordinates() != Coordinates::Cartesian {
+            return None;
+        }
+        let top = self.top();
+        let ends = [arc.start(), arc.position(theta_end)].map(|x| self.in_cells(x));
+        let cells = ends.map(cell_of);
+        let first = number_of(cells[0], top)?;
+        number_of(cells[1], top)?;
+        let control = arc.control().map(|x| self.in_cells(x));
+        if !(0..3).all(|axis| meets_faces_once(control.map(|x| x[axis]), cells[0][axis])) {
+            return None;
+        }
+        if cells[0] == cells[1] {
+            see(first, [0.0, theta_end]);
+        } else {
+            let curve = Curve::of(control, ends, theta_end);
+            Crossing::new(curve, [0.0, theta_end], cells, top).see_all(see);
         }
         Some(())
     }
 }
 
-/// Traversal of the cells along a line, at its current cell.
-struct Crossing {
-    /// Start of the line; `step` is the vector to its other end, both in cells.
+/// Returns true if an arc surely meets each face across an axis at most once, at a place that
+/// Newton's method finds. `control` are the coordinates of the control points along the axis, and
+/// `cell` is that of the first cell.
+#[inline]
+fn meets_faces_once(control: [f64; 6], cell: f64) -> bool {
+    if control.iter().all(|x| cell <= *x && *x < cell + 1.0) {
+        return true;
+    }
+    let rates: [f64; 5] = std::array::from_fn(|i| control[i + 1] - control[i]);
+    let ends = (f64::INFINITY, f64::NEG_INFINITY);
+    let (low, high) = rates
+        .iter()
+        .fold(ends, |(low, high), rate| (low.min(*rate), high.max(*rate)));
+    let (least, most) = if low > 0.0 {
+        (low, high)
+    } else {
+        (-high, -low)
+    };
+    least > MIN_RATE_RATIO * most
+}
+
+/// A path through cells that moves along each axis in one direction.
+trait Crosses {
+    /// Returns the place on the path, after `from`, at which its coordinate along an axis is
+    /// `face`.
+    fn place(&self, axis: usize, face: f64, from: f64) -> f64;
+}
+
+/// Line from `start`, in cells; places on it are fractions of `step`.
+struct Straight {
     start: DVec3,
     step: DVec3,
+}
+
+impl Crosses for Straight {
+    #[inline]
+    fn place(&self, axis: usize, face: f64, _from: f64) -> f64 {
+        (face - self.start[axis]) / self.step[axis]
+    }
+}
+
+/// Arc in cells; places on it are values of θ.
+struct Curve {
+    /// Coefficients of the powers of θ.
+    powers: [DVec3; 6],
+    /// Change of θ per cell along each axis, from the start to the end.
+    per_cell: DVec3,
+    theta_end: f64,
+}
+
+impl Curve {
+    fn of(control: [DVec3; 6], ends: [DVec3; 2], theta_end: f64) -> Self {
+        let (mut powers, mut differences) = (control, control);
+        for (k, binomial) in [5.0, 10.0, 10.0, 5.0, 1.0].into_iter().enumerate() {
+            for i in 0..5 - k {
+                differences[i] = differences[i + 1] - differences[i];
+            }
+            powers[k + 1] = differences[0] * binomial;
+        }
+        Curve {
+            powers,
+            per_cell: theta_end / (ends[1] - ends[0]),
+            theta_end,
+        }
+    }
+}
+
+impl Crosses for Curve {
+    #[inline]
+    fn place(&self, axis: usize, face: f64, from: f64) -> f64 {
+        let [a, b, c, d, e, f] = self.powers.map(|power| power[axis]);
+        let value = |t: f64| a + t * (b + t * (c + t * (d + t * (e + t * f))));
+        let rate = |t: f64| b + t * (2.0 * c + t * (3.0 * d + t * (4.0 * e + t * (5.0 * f))));
+        let mut theta = (face - a) * self.per_cell[axis];
+        for _ in 0..8 {
+            let change = (face - value(theta)) / rate(theta);
+            // Planted error "curved arcs cut where straight ones would be", found by morgana-transport/lib::observe::meter::line::tests::arcs_are_cut_where_they_cross_faces:
+            // theta += 0.0 * change;
+            theta += change;
+            if change.abs() < MAX_LAST_STEP {
+                break;
+            }
+        }
+        theta.clamp(from, self.theta_end)
+    }
+}
+
+/// Traversal of the cells along a path, at its current cell.
+struct Crossing<P> {
+    path: P,
     top: DVec3,
     here: DVec3,
     /// Last cell; `left` is the number of cells up to it.
     there: DVec3,
     left: f64,
-    /// Fraction of the line at the next face along each axis.
+    /// Place on the path at the next face along each axis.
     next: DVec3,
-    /// Fraction of the line at which it enters the current cell; `leave` is the fraction at which
-    /// it leaves the grid.
+    /// Place at which the path enters the current cell; `leave` is the place at which it leaves the
+    /// grid.
     from: f64,
     leave: f64,
 }
 
-impl Crossing {
+impl Crossing<Straight> {
     /// Creates a traversal at the first cell of a line, given the cells of its ends. Returns `None`
     /// if the line misses the grid.
-    fn of([a, b]: [DVec3; 2], cells: [DVec3; 2], top: DVec3) -> Option<Self> {
+    fn of_line([a, b]: [DVec3; 2], cells: [DVec3; 2], top: DVec3) -> Option<Self> {
         let step = b - a;
         let are_inside = cells.iter().all(|cell| number_of(*cell, top).is_some());
         let ([from, leave], [here, there]) = if are_inside {
@@ -67,9 +187,16 @@ impl Crossing {
             let cell = |share: f64| cell_of(a + step * share).clamp(DVec3::ZERO, top - 1.0);
             (shares, shares.map(cell))
         };
-        let mut line = Crossing {
-            start: a,
-            step,
+        let line = Straight { start: a, step };
+        Some(Crossing::new(line, [from, leave], [here, there], top))
+    }
+}
+
+impl<P: Crosses> Crossing<P> {
+    /// Creates a traversal of a path between two places in the grid, given their cells.
+    fn new(path: P, [from, leave]: [f64; 2], [here, there]: [DVec3; 2], top: DVec3) -> Self {
+        let mut crossing = Crossing {
+            path,
             top,
             here,
             there,
@@ -78,8 +205,18 @@ impl Crossing {
             from,
             leave,
         };
-        line.next = DVec3::new(line.face(0), line.face(1), line.face(2));
-        Some(line)
+        crossing.next = DVec3::new(crossing.face(0), crossing.face(1), crossing.face(2));
+        crossing
+    }
+
+    /// Calls `see` with each cell, and the places at which the path enters and leaves it.
+    #[inline]
+    fn see_all(mut self, mut see: impl FnMut(usize, [f64; 2])) {
+        while self.left > 0.0 {
+            let (cell, piece) = self.next();
+            see(cell, piece);
+        }
+        see(self.number(), [self.from, self.leave]);
     }
 
     /// Returns the index of the current cell, which is in the grid.
@@ -88,7 +225,7 @@ impl Crossing {
         number_of(self.here, self.top).unwrap_or_default()
     }
 
-    /// Returns the fraction of the line at the next face across an axis.
+    /// Returns the place on the path at the next face across an axis.
     #[inline]
     fn face(&self, axis: usize) -> f64 {
         let (here, there) = (self.here[axis], self.there[axis]);
@@ -96,11 +233,11 @@ impl Crossing {
             return f64::INFINITY;
         }
         let face = if there > here { here + 1.0 } else { here };
-        (face - self.start[axis]) / self.step[axis]
+        self.path.place(axis, face, self.from)
     }
 
-    /// Returns the current cell with the fractions of the line in it, and steps to the next cell,
-    /// which must exist.
+    /// Returns the current cell with the places at which the path enters and leaves it, and steps
+    /// to the next cell, which must exist.
     #[inline]
     fn next(&mut self) -> (usize, [f64; 2]) {
         let [x, y, z] = self.next.to_array();
@@ -115,8 +252,8 @@ impl Crossing {
         let piece = [self.from, to];
         self.here[axis] += (self.there[axis] - self.here[axis]).signum();
         self.left -= 1.0;
-        self.next[axis] = self.face(axis);
         self.from = to;
+        self.next[axis] = self.face(axis);
         (cell, piece)
     }
 }
@@ -198,5 +335,53 @@ mod tests {
             crossed += usize::from(pieces.len() > 1);
         }
         assert!(crossed > 1000, "{crossed}");
+    }
+
+    /// Arcs that bend little are cut where the general search cuts them.
+    #[test]
+    fn arcs_are_cut_where_they_cross_faces() {
+        let turn = DMat3::from_rotation_y(0.3) * DMat3::from_rotation_x(0.7);
+        let to_world = DAffine3::from_mat3_translation(turn * 1.5, DVec3::splat(-0.6));
+        let grid = MeterGrid::new(Coordinates::Cartesian, [7, 4, 9], to_world).unwrap();
+        let mut rng = testkit::Rng::new(2);
+        let mut vector = |size: f64| (DVec3::from_array(rng.uniform::<3>()) - 0.5) * size;
+        let (mut crossed, mut left_out) = (0, 0);
+        for i in 0..3000 {
+            let start = to_world.transform_point3(vector(0.9) + 0.5);
+            let (v, bend) = (vector(1.0).normalize(), vector(0.5));
+            let (h, theta_end) = ([0.1, 0.5, 1.0][i % 3], [1.0, 0.9][i % 2]);
+            // x = x₀ + v σ + a σ²/2 + b σ³/6
+            let b = vector(0.3);
+            let end = [
+                start + v * h + bend * (h * h / 2.0) + b * (h.powi(3) / 6.0),
+                v + bend * h + b * (h * h / 2.0),
+                bend + b * h,
+            ];
+            let arc = Arc::hermite([start, v, bend], end, h);
+            let mut pieces = Vec::new();
+            let seen = grid.along_curve(&arc, theta_end, |cell, piece| pieces.push((cell, piece)));
+            if seen.is_none() {
+                assert!(pieces.is_empty());
+                left_out += 1;
+                continue;
+            }
+            let mut cuts = Vec::new();
+            grid.cut(&arc, theta_end, &mut cuts);
+            cuts.sort_by(f64::total_cmp);
+            let ends: Vec<f64> = pieces.iter().map(|(_, [_, to])| *to).collect();
+            assert_eq!(pieces[0].1[0], 0.0);
+            assert!(pieces.windows(2).all(|p| p[0].1[1] == p[1].1[0]));
+            let expected = cuts.into_iter().chain([theta_end]);
+            for (found, expected) in ends.iter().zip(expected.clone()) {
+                assert!((found - expected).abs() < 1e-12, "{found} {expected}");
+            }
+            assert_eq!(ends.len(), expected.count());
+            for (cell, [from, to]) in &pieces {
+                let middle = arc.position(0.5 * (from + to));
+                assert!(grid.cell(middle) == Some(*cell) || to - from < 1e-9);
+            }
+            crossed += usize::from(pieces.len() > 1);
+        }
+        assert!(crossed > 800 && left_out < 1600, "{crossed} {left_out}");
     }
 }

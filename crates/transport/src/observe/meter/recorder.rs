@@ -2,7 +2,7 @@
 //! docs/theory.md#random-walks).
 
 use super::dwell::Dwell;
-use super::flight::{Collision, Flight, FreeLeg, Passing, flights, free_segments};
+use super::flight::{Collision, Flight, FreeFlightLeg, Passing, flights, free_legs};
 use super::fluence::{Cuts, Scoring, Slots};
 use super::history::Histories;
 use super::polarization::ParticleStokes;
@@ -13,10 +13,11 @@ use super::voxel_scores::{VoxelScore, detail_in};
 use super::{FluenceMeter, Meter};
 use crate::Spectrum;
 use crate::path::{
-    CellDetail, CellRun, End, FreeFlightEvent, Observer, Span, WalkEvent, WalkRay, Workspace,
+    CellDetail, CellRun, End, FreeFlightEvent, FreeLeg, Observer, Span, WalkEvent, WalkRay,
+    Workspace,
 };
 use crate::sampling::Sampler;
-use crate::scene::{CellVolume, MediumId, Segment};
+use crate::scene::{CellVolume, MediumId};
 use glam::DVec3;
 use std::ops::ControlFlow;
 
@@ -63,11 +64,12 @@ impl Observer for Recorder<'_, '_> {
         if let Some(tagging) = &mut self.tagging {
             tagging.resume();
         }
-        for segment in free_segments(event) {
+        for free in free_legs(event) {
             if let Some(tagging) = &mut self.tagging {
-                tagging.follow(event.ray.start.medium, &segment.arc(), 1.0);
+                let leg = free.leg;
+                tagging.follow(event.ray.start.medium, &leg.arc, leg.theta_end);
             }
-            self.each_fluence(|meter, scoring| meter.fly_freely(&segment, scoring));
+            self.each_fluence(|meter, scoring| meter.fly_freely(&free, scoring));
         }
         self.each_fluence(|meter, scoring| meter.collide_freely(event, scoring));
         if let Some(tagging) = &mut self.tagging {
@@ -117,16 +119,10 @@ impl Observer for Recorder<'_, '_> {
 impl Recorder<'_, '_> {
     /// Scores a run through cells that are not those of a meter.
     fn run_through_cells(&mut self, run: &CellRun) {
-        let segment = Segment {
-            length: run.length,
-            matter: run.matter,
-        };
-        let free = FreeLeg {
+        let free = FreeFlightLeg {
             power: run.power,
-            start: run.start(),
-            direction: run.direction(),
-            optical_length: [run.optical_length, run.length_after()],
-            segment: &segment,
+            optical_length: run.optical_length,
+            leg: &FreeLeg::straight([run.start(), run.direction()], run.length, run.matter),
         };
         self.each_fluence(|meter, scoring| meter.fly_freely(&free, scoring));
     }

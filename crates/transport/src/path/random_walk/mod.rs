@@ -83,6 +83,8 @@ impl<'a> RandomWalk<'a> {
         ws: &mut Workspace,
     ) {
         let (mut ray, mut waiting) = (ray, Vec::new());
+        // The field may be that of another instant.
+        ws.last_flight = None;
         let freely = observer.sees_free_flights() && !self.channel_pdf.is_several();
         let mut budget = EDGES_PER_WALK;
         while budget > 0 {
@@ -182,7 +184,7 @@ impl<'a> RandomWalk<'a> {
         if freely
             && ray.depth < self.max_depth
             && !ws.stop.is_raised()
-            && let Some(flight) = FreeFlight::to(self.scene, &ray.start, target)
+            && let Some(flight) = FreeFlight::to(self.scene, &ray.start, target, ws)
         {
             self.fly_freely(ray, &flight, observer, sampler, ws);
             return ControlFlow::Continue(());
@@ -273,11 +275,10 @@ impl<'a> RandomWalk<'a> {
         ws: &mut Workspace,
     ) {
         ws.stats.edges += 1;
-        ws.stats.work.steps += 1;
-        let optical_length = ray.optical_length + flight.n() * flight.length;
+        let optical_length = ray.optical_length + flight.optical_length;
         sampler.next_edge();
-        let x = flight.end();
-        let phase = &flight.last().matter.phase;
+        let x = flight.end;
+        let phase = &flight.matter().phase;
         let (direction, pdf) = Vertex::scatter_in_volume(phase, [x, flight.direction], sampler);
         observer.fly_freely(&FreeFlightEvent {
             scene: self.scene,

@@ -8,7 +8,7 @@ mod trace;
 mod unscattered;
 
 pub(crate) use follow::{FollowedRay, SeenSurface, follow, see};
-pub use free_flight::FreeFlight;
+pub use free_flight::{FreeFlight, FreeLeg};
 pub(crate) use gather::{EmittedAlong, gather_along, gather_in_view};
 pub(crate) use trace::{DrawnCollision, choose_channel, trace_to};
 pub use trace::{Sampling, trace};
