@@ -1,5 +1,5 @@
 //! Small scenes for tests.
-#![allow(dead_code)]
+#![allow(dead_code, unused_imports)]
 
 pub mod fan;
 pub mod lens;
