@@ -23,8 +23,12 @@ fn random_scene(number: usize, rng: &mut Rng) -> Value {
             "center": [0.2, -0.1, 0.1], "width": rng.range(0.4, 0.9),
         })
     };
-    let shape = if number % 2 == 0 { "cube" } else { "sphere" };
-    let wall = if number % 3 == 0 {
+    let shape = if number.is_multiple_of(2) {
+        "cube"
+    } else {
+        "sphere"
+    };
+    let wall = if number.is_multiple_of(3) {
         "dielectric"
     } else {
         "null"
