@@ -73,9 +73,7 @@ impl Clearance {
             Clearance::Layers(layers) => layers.is_free(x, direction, length),
         }
     }
-}
 
-impl Clearance {
     /// Returns true if all points within a distance of `x` are known to be off all surfaces.
     #[inline]
     pub(super) fn is_free_around(&self, x: DVec3, distance: f64) -> bool {
@@ -251,30 +249,40 @@ mod tests {
     }
 
     #[test]
-    fn free_lines_meet_no_surface() {
+    fn free_lines_and_balls_meet_no_surface() {
         let objects = objects();
         let within = Aabb::new(DVec3::splat(-0.5), DVec3::new(10.3, 11.0, 10.1));
         let objects: Vec<&Object> = objects.iter().collect();
         let clearance = ClearLayers::of(&objects, &within).unwrap();
         let mut rng = testkit::Rng::new(1);
         let mut next = || rng.next_1d();
-        let mut found = 0;
+        let (mut found, mut balls) = (0, 0);
         for _ in 0..4000 {
             let x = DVec3::new(next(), next(), next()) * 12.0 - 1.0;
             let direction = (DVec3::new(next(), next(), next()) - 0.5).normalize();
             let length = 3.0 * next();
+            let meets_any = |direction: DVec3| {
+                let arc = eikonal::ray::Arc::line(x, direction, length);
+                let meets = |o: &&Object| o.shape.first_hit(&arc, 0.0, 1.0).is_some();
+                objects.iter().any(meets)
+            };
+            if clearance.is_free_around(x, length) {
+                balls += 1;
+                let axes = [DVec3::X, DVec3::Y, DVec3::Z, direction];
+                assert!(
+                    !axes.iter().any(|d| meets_any(*d) || meets_any(-*d)),
+                    "{x} {length}"
+                );
+            }
             if !clearance.is_free(x, direction, length) {
                 continue;
             }
             found += 1;
-            let arc = eikonal::ray::Arc::line(x, direction, length);
-            for object in &objects {
-                assert!(
-                    object.shape.first_hit(&arc, 0.0, 1.0).is_none(),
-                    "{x} {direction} {length}"
-                );
-            }
+            assert!(!meets_any(direction), "{x} {direction} {length}");
         }
-        assert!(found > 800, "it knows too little: {found}");
+        assert!(
+            found > 800 && balls > 200,
+            "it knows too little: {found} {balls}"
+        );
     }
 }
