@@ -1,6 +1,6 @@
 //! Short steps, for rays that end after a step or two, such as flights of particles from one
-//! collision to the next. A short step takes two field evaluations, where [`Step`](super::Step) takes six
-//! and goes several times as far.
+//! collision to the next. A short step takes two field evaluations. A [`Step`](super::Step) takes
+//! six and goes about three times as far.
 //!
 //! Theory: docs/theory.md#short-steps.
 
@@ -60,8 +60,9 @@ impl ShortRay {
         }
     }
 
-    /// Follows the ray for the arc length `left`, or for as long as a short step keeps the
-    /// tolerance. Returns `None` if the index changes too much for short steps.
+    /// Follows the ray for the arc length `left` (finite, positive), or for as long as a short step
+    /// keeps the tolerance. Returns `None` if the index changes too much for short steps, or is not
+    /// a number. The ray must not be used after that.
     #[inline]
     pub fn advance(
         &mut self,

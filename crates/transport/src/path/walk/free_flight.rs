@@ -11,7 +11,7 @@ use eikonal::ray::{Arc, LengthAlong, ShortRay};
 use glam::DVec3;
 use smallvec::{SmallVec, smallvec};
 
-/// Largest number of legs of a curved flight. Longer flights take fewer field evaluations as edges.
+/// Largest number of legs of a curved flight. Longer flights take no more field evaluations as edges.
 const MAX_CURVED_LEGS: usize = 8;
 
 /// A flight from a point to a collision that meets no surface, through matter that is constant on
