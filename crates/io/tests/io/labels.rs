@@ -140,6 +140,30 @@ fn warnings_name_labels() {
     assert_eq!(warnings.matches("is opaque").count(), 1, "{warnings}");
 }
 
+/// The index of a label needs to be valid in its voxels only, however far other objects are.
+#[test]
+fn graded_indices_of_labels_hold_inside_their_label() {
+    // n² = 1.96 + 0.1 x is negative around the source.
+    let index = json!({"type": "linear_square", "n0": 1.4, "slope": [0.1, 0, 0]});
+    let medium = |sigma_t: f64| json!({"type": "homogeneous", "sigma_t": sigma_t, "ior": index});
+    let scene = json!({
+        "type": "scene",
+        "integrator": {"type": "particle"},
+        "source": {"type": "point", "position": [-100, 0.5, 0.5]},
+        "tissue": {
+            "type": "labels", "data": [[[1, 2], [2, 1]]],
+            "1": medium(1.0), "2": medium(2.0),
+        },
+        "cells": {"type": "fluencemeter", "nx": 1, "ny": 1, "nz": 1},
+    });
+    load(&scene).unwrap();
+    // The index is checked where the label is.
+    let mut steep = scene.clone();
+    steep["tissue"]["1"]["ior"]["slope"] = json!([-3, 0, 0]);
+    let error = load(&steep).unwrap_err();
+    assert!(error.contains("index"), "{error}");
+}
+
 /// A phase function of all labels replaces g, also where g is 1.
 #[test]
 fn one_phase_function_of_all_labels() {

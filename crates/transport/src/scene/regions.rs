@@ -24,40 +24,71 @@ pub struct Region {
     pub uniqueness: Option<Uniqueness>,
 }
 
-/// Computes the regions of all media; leaves out the remaining media once `stop` is raised.
-pub(super) fn all(parts: &Parts, around: &Surroundings, stop: &Stop) -> Vec<Region> {
-    let mut holders: Vec<Vec<&Object>> = vec![Vec::new(); parts.media.len()];
-    let mut is_outside = vec![false; parts.media.len()];
-    for object in &parts.objects {
-        if let Some(sides) = object.sides {
-            holders[sides.interior].push(object);
-            is_outside[sides.exterior] = true;
+/// Objects that border on a medium.
+#[derive(Clone, Debug, Default)]
+struct Borders<'a> {
+    /// Objects that the medium fills.
+    filled: Vec<&'a Object>,
+    /// Surfaces inside divided volumes that have the medium on their exterior side.
+    around: Vec<&'a Object>,
+    /// True if the medium may reach beyond all objects.
+    is_outside: bool,
+}
+
+impl Borders<'_> {
+    /// Returns true if the medium fills closed shapes and nothing else, except the ambient medium.
+    fn are_closed_shapes(&self, id: MediumId) -> bool {
+        id != AMBIENT
+            && !self.filled.is_empty()
+            && self.around.is_empty()
+            && self.filled.iter().all(|object| object.shape.is_closed())
+    }
+}
+
+/// Finds the objects that border on each medium.
+fn borders(parts: &Parts) -> Vec<Borders<'_>> {
+    let mut borders = vec![Borders::default(); parts.media.len()];
+    for (i, object) in parts.objects.iter().enumerate() {
+        let Some(sides) = object.sides else { continue };
+        borders[sides.interior].filled.push(object);
+        let mut partitions = parts.partitions.iter();
+        let divided = partitions.find(|partition| partition.objects.contains(&i));
+        // Inside a divided volume, both media end at surfaces of the volume.
+        // Planted error "labels that reach as far as the scene", found by morgana-io/io::labels::graded_indices_of_labels_hold_inside_their_label:
+        // let divided = divided.filter(|_| false);
+        match divided {
+            Some(volume) if sides.exterior != volume.exterior => {
+                borders[sides.exterior].around.push(object);
+            }
+            _ => borders[sides.exterior].is_outside = true,
         }
     }
-    let region = |(id, holders): (MediumId, &Vec<&Object>)| {
+    borders
+}
+
+/// Computes the regions of all media; leaves out the remaining media once `stop` is raised.
+pub(super) fn all(parts: &Parts, around: &Surroundings, stop: &Stop) -> Vec<Region> {
+    let region = |(id, borders): (MediumId, &Borders)| {
         let field = &parts.media[id].index;
-        region(field, around, id, holders, is_outside[id])
+        region(field, around, id, borders)
     };
-    let media = holders.iter().enumerate();
+    let borders = borders(parts);
+    let media = borders.iter().enumerate();
     let media = media.take_while(|_| !stop.is_raised());
     media.map(region).collect()
 }
 
-/// Computes the region of a medium that objects hold. With `outside`, the medium surrounds other
-/// objects.
-fn region(
-    field: &Field,
-    around: &Surroundings,
-    id: MediumId,
-    holders: &[&Object],
-    outside: bool,
-) -> Region {
+/// Computes the region of a medium.
+fn region(field: &Field, around: &Surroundings, id: MediumId, borders: &Borders) -> Region {
     let ball = Aabb::new(around.center, around.center).grown(around.radius);
+    let holders = &borders.filled;
     let aabb = holders
         .iter()
+        .chain(&borders.around)
         .fold(Aabb::EMPTY, |b, o| b.union(o.shape.aabb()));
-    if id == AMBIENT || holders.is_empty() || holders.iter().any(|o| !o.shape.is_closed()) {
-        let everywhere = if outside || id == AMBIENT { ball } else { aabb };
+    if !borders.are_closed_shapes(id) {
+        let is_outside = borders.is_outside || id == AMBIENT;
+        let everywhere = if is_outside { ball } else { aabb };
         return Region {
             aabb: everywhere,
             bounds: field.bounds(&everywhere),
@@ -76,7 +107,7 @@ fn region(
     };
     let margin = MARGIN * aabb.diagonal();
     let bounds = within(margin);
-    let uniqueness = match *holders {
+    let uniqueness = match holders[..] {
         [object] if object.shape.is_convex() => {
             let bulge = bulge(&object.shape, &bounds);
             let diameter = object.shape.diameter();
