@@ -132,16 +132,13 @@ fn map(arrays: &Arrays, array: &Array, section: Section) -> Result<Map, String> 
 
 /// Returns the edges of an array's cells along an axis.
 fn edges(arrays: &Arrays, array: &Array, axis: &str) -> Result<Vec<f64>, String> {
-    let meter = array.name.rsplit_once('.');
-    let key = meter.map_or(format!("{axis}_edges"), |(meter, _)| {
-        format!("{meter}.{axis}_edges")
-    });
-    let of_key = arrays.list.iter().find(|a| a.name == key);
-    let cells = (array.axes.iter().zip(&array.shape)).find(|(a, _)| *a == axis);
-    let edges = of_key.filter(|edges| cells.is_some_and(|(_, n)| edges.data.len() == n + 1));
-    edges
-        .map(|edges| edges.data.clone())
-        .ok_or_else(|| format!("array '{key}' is missing or has another size"))
+    let edges = arrays.edges(array, axis).map(<[f64]>::to_vec);
+    edges.ok_or_else(|| {
+        format!(
+            "the file does not say where the cells of '{}' are along {axis}: array '{axis}_edges' is missing or has another size",
+            array.name
+        )
+    })
 }
 
 /// Returns the values of a cell across the section, row by row. It selects the given bins, sums

@@ -82,15 +82,16 @@ impl Arrays {
     }
 
     /// Returns the length of a scene unit in m, if the file of an array states it.
-    pub(super) fn metres_per_unit(&self, array: &Array) -> Option<f64> {
+    pub fn metres_per_unit(&self, array: &Array) -> Option<f64> {
         let name = format!("{}{METRES}", prefix(&array.name));
         let (_, value) = self.attributes.iter().find(|(key, _)| *key == name)?;
         let text = || value.as_str().and_then(|text| text.parse().ok());
         value.as_f64().or_else(text)
     }
 
-    /// Returns the edges of an array's bins along an axis.
-    fn edges(&self, array: &Array, axis: &str) -> Option<&[f64]> {
+    /// Returns the edges of an array's bins along an axis, ascending, one more than bins; `None` for
+    /// other axes, and if the file does not have them.
+    pub fn edges(&self, array: &Array, axis: &str) -> Option<&[f64]> {
         let name = format!("{}{axis}_edges", prefix(&array.name));
         let length = *array
             .axes

@@ -67,6 +67,8 @@ fn plain(value: &Value) -> String {
 #[derive(Debug, Default)]
 struct Read {
     arrays: Vec<Array>,
+    /// Edges of the cells of all arrays.
+    edges: Vec<Array>,
     attributes: Vec<(String, Value)>,
     left_out: Vec<(String, Problem)>,
 }
@@ -90,7 +92,7 @@ impl Read {
         let left_out = self.left_out.into_iter();
         Ok(Arrays {
             main: (self.arrays.len() == 1).then_some(0),
-            list: self.arrays,
+            list: [self.arrays, self.edges].concat(),
             attributes: self.attributes,
             left_out: left_out
                 .map(|(name, problem)| (name, problem.to_string()))

@@ -435,7 +435,15 @@ fn check_array(array: &Array, axes: &str) {
 #[test]
 fn all_arrays_of_a_file() {
     let (list, left_out) = arrays("two.vti");
-    assert_eq!((list.len(), left_out.len()), (2, 0));
+    let names: Vec<&str> = list.iter().map(|array| array.name.as_str()).collect();
+    assert_eq!(names, ["density", "other", "x_edges", "y_edges", "z_edges"]);
+    assert!(left_out.is_empty());
+    // The first point along x is at 0.5 + 3 · 0.1, the first along z at 2 − 0.4.
+    let edges = |name| &named(&list, name).data;
+    for (found, expected) in edges("x_edges").iter().zip([0.75, 0.85, 0.95]) {
+        assert!((found - expected).abs() < 1e-12, "{found}");
+    }
+    assert!((edges("z_edges")[0] - 1.4).abs() < 1e-12);
     check_array(named(&list, "density"), "zyx");
     assert_eq!(named(&list, "other").data[23], 642.0);
     assert_eq!(named(&list, "other").axes, ["z", "y", "x"]);
