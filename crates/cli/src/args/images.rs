@@ -1,10 +1,11 @@
 //! Arguments of `morgana compare` and `morgana tonemap`.
 
 use super::MemoryArgs;
-use super::values::{block, curve, exposure, finite, not_negative};
+use super::values::{block, curve, exposure, finite, not_negative, pixel};
 use clap::Args as ClapArgs;
 use io::image::exposure::Exposure;
 use io::image::tone::Curve;
+use io::image::white::White;
 use std::path::PathBuf;
 
 /// Brightness of images on a screen.
@@ -40,6 +41,14 @@ pub struct TonemapArgs {
     pub layer: String,
     #[command(flatten)]
     pub tone: ToneArgs,
+    /// Light that looks white: its temperature in K, or red, green and blue of a neutral surface.
+    ///
+    /// For example 3200, or 1,0.8,0.5. Luminances of surfaces in this light do not change.
+    #[arg(long, value_name = "KELVIN|R,G,B")]
+    pub white: Option<White>,
+    /// Pixel that looks neutral, from 0,0 at the top left.
+    #[arg(long, value_name = "X,Y", value_parser = pixel, conflicts_with = "white")]
+    pub neutral: Option<[usize; 2]>,
     #[command(flatten)]
     pub memory: MemoryArgs,
     /// File to write: .png.

@@ -2,7 +2,7 @@
 //! of 1e-3 for the largest z, and 1e-4 for the mean of z², of which 48 values are independent.
 
 use crate::support::Folder;
-use io::image::{RgbImage, exr};
+use io::image::{ImageLayers, Layer, RgbImage, exr};
 
 /// Fog whose albedo can be set.
 fn fog() -> Folder {
@@ -128,4 +128,45 @@ fn tone_is_that_of_a_render() {
     folder.refuse("tonemap a.exr -o b.exr");
     folder.refuse("tonemap a.exr --layer gone -o b.png");
     folder.refuse("tonemap a.exr --tone-map pretty -o b.png");
+}
+
+/// A neutral pixel becomes grey, as does the colour of the light, without a change of luminance;
+/// light of a colour temperature becomes white.
+#[test]
+fn white_is_that_of_a_pixel_a_colour_or_a_temperature() {
+    let folder = fog();
+    let channel = |name: &str, value: f32| (name.to_owned(), vec![0.5, value]);
+    let image = ImageLayers {
+        width: 2,
+        height: 1,
+        layers: vec![Layer {
+            name: String::new(),
+            channels: vec![channel("R", 0.4), channel("G", 0.2), channel("B", 0.1)],
+        }],
+        attributes: Vec::new(),
+    };
+    exr::write(&folder.path("a.exr"), &image).unwrap();
+    let shown = |white: &str| {
+        folder.succeed(&format!("tonemap a.exr --exposure 0 {white} -o a.png"));
+        RgbImage::read(&folder.path("a.png")).unwrap().pixels
+    };
+    // 0.2126 · 0.4 + 0.7152 · 0.2 + 0.0722 · 0.1, to a step of eight bits.
+    for white in ["--neutral 1,0", "--white 0.8,0.4,0.2"] {
+        let grey = shown(white)[1];
+        assert!(
+            grey.iter().all(|v| (v - 0.2353).abs() < 0.005),
+            "{white}: {grey:?}"
+        );
+    }
+    let [r, g, b] = shown("--white 3200")[0];
+    assert!(r < 0.4 && (g - 0.5).abs() < 0.1 && b > 0.9, "{r} {g} {b}");
+    for (arguments, words) in [
+        ("--white 900", "from 2000 to 40000"),
+        ("--white red", "such as 3200"),
+        ("--neutral 2,0", "2 × 1 pixels"),
+        ("--neutral 1,0 --white 3200", "cannot be used with"),
+    ] {
+        let error = folder.refuse(&format!("tonemap a.exr {arguments} -o a.png"));
+        assert!(error.contains(words), "{arguments}: {error}");
+    }
 }

@@ -12,6 +12,7 @@ mod open;
 pub mod pfm;
 pub mod png;
 pub mod tone;
+pub mod white;
 
 pub use open::{channel_name, unknown_format};
 
