@@ -25,9 +25,16 @@ PATIENCE = 120
 FOG = ["-D", "width=336", "-D", "height=200"]
 SMALL = ["-D", "width=168", "-D", "height=100"]
 
+GATES = [
+    ('<integer name="ny" value="5"/>', '<integer name="ny" value="20"/>'),
+    ('<float name="gruneisen" value="0.2"/>', '<float name="bin_width" value="15"/><float name="max_bound" value="300"/>'),
+    ('<float name="pulse_energy" value="0.01"/>', ""),
+]
+"""Changes of a scene, so that its meter separates light by its optical length."""
+
 PICTURES = {
     "image": (["fog.exr"], "cursor=213,93&view=213,93,6"),
-    "error": (["fog.exr"], "channel=G&quantity=error&scale=dusk&log=1&cursor=213,93"),
+    "error": (["fog.exr"], "channel=G&quantity=error&log=1&cursor=213,93"),
     "profile": (["fog.exr"], "channel=G&log=1&line=150,60,300,150"),
     "slider": (
         ["path.exr", "bdpt.exr"],
@@ -35,7 +42,9 @@ PICTURES = {
     ),
     "difference": (["path.exr", "bdpt.exr"], "compare=z&channel=G&cursor=213,93"),
     "film": (["film.exr"], "layer=length.0030"),
-    "fluence": (["fluence.npz"], "array=fluence&axes=0,2&at1=2&log=1&cursor=24,10"),
+    "fluence": (["fluence.npz"], ""),
+    "planes": (["gates.npz"], "layout=planes&at0=0&at1=28&at2=10&at3=22"),
+    "volume": (["gates.npz"], "layout=volume&at0=0"),
     "arrays": (["sound.npz"], "array=pressure&axes=1,2&names=z y x&scale=diverging&low=-1&high=1"),
     "check": ([SCENES / "luneburg_fog.xml"], ""),
     "rays": (
@@ -97,6 +106,13 @@ class Studio:
                 "-o",
                 name,
             )
+        elif name == "gates.npz":
+            scene = (SCENES / "photoacoustic_fluence.xml").read_text()
+            for before, after in GATES:
+                assert before in scene, before
+                scene = scene.replace(before, after)
+            (self.work / "gates.xml").write_text(scene)
+            self.run("render", "gates.xml", "--particles", "400000", "-o", name)
         else:
             self.sound(name)
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import tempfile
-from typing import Tuple, Union
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Tuple, Union
 
 from . import _morgana
 from ._errors import RenderError
@@ -12,33 +14,69 @@ from ._images import Image, write
 from ._result import Result
 from ._scene import Define, _defines
 
+if TYPE_CHECKING:
+    from ._widget import Widget
+
 Shown = Union[str, "os.PathLike[str]", Result, Image]
 
 
 class View:
     """A page that shows images, readings and scenes: the result of :func:`morgana.view`.
 
-    In a notebook, this object shows the page in a frame. The page is served while this object
-    exists, to programs on this machine.
+    A notebook shows the page in the output of a cell. With the package ``anywidget``, the page asks
+    the kernel, so that it works wherever the kernel runs: JupyterLab, VS Code, Colab and marimo.
+    Without the package, the notebook shows ``address`` in a frame, and the kernel must run on the
+    machine of the browser.
     """
 
-    address: str
-    """Address of the page, with the token that every request needs."""
-
     def __init__(self, viewer: _morgana.Viewer, height: int) -> None:
-        self.address = viewer.address
         self._viewer = viewer
         self._height = height
 
+    @property
+    def address(self) -> str:
+        """Address of the page, with the token that every request needs.
+
+        A server runs on this machine from the first use of the address until ``close()``, or until
+        this object is deleted. Only programs on this machine reach it.
+        """
+        return self._viewer.address()
+
+    @cached_property
+    def widget(self) -> Widget:
+        """The page as an ``anywidget.AnyWidget``, to be placed among other widgets.
+
+        Raises
+        ------
+        RenderError
+            The package ``anywidget`` is not installed.
+        """
+        try:
+            from ._widget import Widget
+        except ImportError as error:
+            raise RenderError("a widget needs the package anywidget: pip install anywidget") from error
+        return Widget(self._viewer, self._height)
+
     def close(self) -> None:
-        """Stop serving the page."""
+        """Stop the server of ``address``, if it runs."""
         self._viewer.close()
 
     def __repr__(self) -> str:
         return f"<morgana.View at {self.address}>"
 
-    def _repr_html_(self) -> str:
-        return f'<iframe src="{self.address}" title="morgana" width="100%" height="{self._height}" style="border: 0"></iframe>'
+    def _repr_mimebundle_(self, **options: Any) -> Any:
+        if _is_installed("anywidget"):
+            return self.widget._repr_mimebundle_(**options)
+        frame = f'<iframe src="{self.address}" title="morgana" width="100%" height="{self._height}" style="border: 0"></iframe>'
+        return {"text/plain": repr(self), "text/html": frame}
+
+    def _display_(self) -> Any:
+        """Return the object that marimo shows."""
+        return self.widget
+
+
+def _is_installed(package: str) -> bool:
+    return importlib.util.find_spec(package) is not None
 
 
 def view(*shown: Shown, height: int = 640, **parameters: Define) -> View:
@@ -53,7 +91,7 @@ def view(*shown: Shown, height: int = 640, **parameters: Define) -> View:
         Results, images, and files of images, readings of meters and other arrays (``.npz``,
         ``.npy``, ``.h5``, ``.mat``), volumes and scenes.
     height : int, optional
-        Height of the frame in a notebook, in pixels.
+        Height of the page in a notebook, in pixels.
     **parameters : str, float or bool
         Values of parameters that a scene file declares.
 
@@ -61,7 +99,7 @@ def view(*shown: Shown, height: int = 640, **parameters: Define) -> View:
     -------
     View
         Object that shows the page in a notebook. Its ``address`` opens in a browser on this
-        machine, until ``close()`` or until the object is deleted.
+        machine. Its ``widget`` is the page as an ``anywidget``.
 
     Raises
     ------

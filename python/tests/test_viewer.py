@@ -5,12 +5,15 @@ Needs Chromium (Debian: apt install chromium) and Playwright; without them these
 With MORGANA_SCREENSHOTS set to a folder, images of the page are written there.
 """
 
+import base64
+import importlib.util
 import json
 import os
 import pathlib
 import re
 import shutil
 import subprocess
+import sys
 import time
 
 import morgana
@@ -274,6 +277,70 @@ def test_images_are_compared(page, serve, images):
     assert page.evaluate("window.viewer.page().canvas.pictures.length") == 2
 
 
+def test_images_of_other_sizes_are_compared_where_they_overlap(page, serve, tmp_path):
+    wide, tall = np.random.default_rng(1).random((2, 6, 9))
+    tall = tall.T.copy()
+    np.save(tmp_path / "wide.npy", wide)
+    np.save(tmp_path / "tall.npy", tall)
+    address = serve("view", tmp_path / "wide.npy", tmp_path / "tall.npy")
+    open_page(page, address, "compare=flip&cursor=2,3")
+    assert "9 × 6 and 6 × 9 pixels" in page.inner_text("#overlap")
+    assert page.evaluate("(({ width, height }) => [width, height])(window.viewer.page().canvas.pictures[0])") == [6, 6]
+    shown(page, lambda: control(page, "compare").select_option("beside"))
+    values = page.locator("#values table tbody tr td:nth-child(2)").all_inner_texts()
+    assert [numbers(v)[0] for v in values[:2]] == pytest.approx([wide[3, 2], tall[3, 2]], rel=1e-6)
+    page.evaluate("window.viewer.state.set({ cursor: '8,3' })")
+    until(page, "document.getElementById('values').textContent.includes('outside of this image')")
+
+
+def test_keys_and_white(page, serve, images):
+    """Keys change the exposure and the item; a neutral pixel becomes grey, as in `morgana tonemap`."""
+    address = serve("view", images / "seed1.exr", images / "seed2.exr")
+    open_page(page, address, "cursor=40,30")
+    exposure = page.evaluate("window.viewer.page().exposure()")
+    shown(page, lambda: page.keyboard.press("e"))
+    assert page.evaluate("window.viewer.page().exposure()") == exposure + 0.5
+    shown(page, lambda: page.keyboard.press("Shift+E"))
+    assert page.evaluate("window.viewer.page().exposure()") == exposure
+    shown(page, lambda: page.get_by_role("button", name="Pixel is neutral").click())
+    colours = "window.viewer.page().canvas.pictures[0]"
+    at = 30 * 96 + 40
+    grey = page.evaluate(f"(({{ planes, encode }}) => {{ const out = []; encode(planes.map(p => p[{at}]), out, 0); return out; }})({colours})")
+    assert max(grey) - min(grey) <= 1, grey
+    shown(page, lambda: control(page, "white").fill("3200") or control(page, "white").press("Enter"))
+    red, green, blue = page.evaluate("window.viewer.page().gains()")
+    assert red < green < blue
+    control(page, "white").fill("warm")
+    control(page, "white").press("Enter")
+    until(page, "document.getElementById('status').textContent.includes('such as 3200')")
+    shown(page, lambda: control(page, "white").fill("") or control(page, "white").press("Enter"))
+    page.problems.clear()
+    page.locator("#stage .surface canvas").focus()
+    page.keyboard.press("n")
+    until(page, "document.title.startsWith('seed2')")
+    page.keyboard.press("p")
+    until(page, "document.title.startsWith('seed1')")
+
+
+def test_objects_have_names_and_the_scene_a_scale(page, serve):
+    open_page(page, serve("view", SCENES / "luneburg_fog.xml"))
+    names = page.evaluate("window.viewer.page().about.objects.map(({ name }, i) => name || `object ${i}`)")
+    label = page.locator("#stage .name")
+    assert label.is_hidden()
+    page.locator("#stage .surface canvas").first.focus()
+    seen = set()
+    for _ in range(12):
+        page.keyboard.press("o")
+        seen.add(label.inner_text().split(",")[0])
+    assert set(names) <= seen | {""}, (names, seen)
+    # The pointer in the middle of the picture is on one of the objects.
+    page.mouse.move(450, 400)
+    page.mouse.move(452, 402)
+    until(page, "document.querySelector('#stage .name').textContent !== ''")
+    lit = page.evaluate("(c => { const d = c.getContext('2d').getImageData(0, c.height - 60, 300, 60).data; return d.filter((v, i) => i % 4 === 3 && v > 0).length; })(document.querySelector('canvas.overlay'))")
+    assert lit > 100
+
+
 def test_profiles_have_bands(page, serve, images):
     image = morgana.read(images / "seed1.exr")
     open_page(page, serve("view", images / "seed1.exr"), "channel=R&line=10,36,80,36")
@@ -414,47 +481,164 @@ def test_films_have_a_time_cursor(page, serve, tmp_path):
     picture(page, "film")
 
 
-def test_readings_are_sliced_and_plotted(page, serve, tmp_path):
-    result = morgana.render(load(meters()), particles=6400)
-    result.write(str(tmp_path / "meters.npz"))
-    fluence = result.meters["fluence"]
-    open_page(page, serve("view", tmp_path / "meters.npz"), "array=fluence")
-    stored = np.load(tmp_path / "meters.npz")["fluence"]
-    shape = page.evaluate("window.viewer.page().current.array.shape")
-    assert shape == list(stored.shape) == list(fluence.mean.shape)
-    part = page.evaluate("window.viewer.page().current.part")
-    index = tuple(slice(None) if p == "*" else int(p) for p in part)
-    values = page.evaluate("[...window.viewer.page().current.values]")
-    np.testing.assert_array_equal(np.float32(values), np.float32(stored[index].ravel()))
+def current(page):
+    """Returns the values of the first visible plane, as the file orders its two axes."""
+    page_of = "window.viewer.page()"
+    canvas = page.evaluate(f"(({{ pictures, picture, shownAxes }}) => [picture.height, picture.width, picture.isUp, shownAxes])({page_of}.canvases[0])")
+    height, width, is_up, (up, across) = canvas
+    values = np.array(page.evaluate(f"[...{page_of}.current.values]"), np.float32).reshape(height, width)
+    values = values[::-1] if is_up else values
+    return values.T if up > across else values
+
+
+def profile(page):
+    return np.array(page.evaluate("[...window.viewer.page().current.values]"), np.float32)
+
+
+def place(page):
+    """Returns the lines that say which cell is looked at."""
+    return page.locator("#place p").all_inner_texts()
+
+
+GRID = {"nx": 4, "ny": 6, "nz": 5}
+
+
+def lit_block(**meter):
+    """A point source at the bottom of a block of tissue, 8 by 6 by 20 mm, with a fluencemeter."""
+    scene = {
+        "type": "scene",
+        "integrator": {"type": "particle"},
+        "source": {"type": "point", "position": [3.1, 0.5, 2.2]},
+        "tissue": {
+            "type": "cube",
+            "to_world": [{"scale": [4, 3, 10]}, {"translate": [4, 3, 10]}],
+            "interior": {"type": "homogeneous", "sigma_s": 1.0, "sigma_a": 0.05},
+        },
+        "cells": {
+            "type": "fluencemeter",
+            **GRID,
+            "metres_per_unit": 1e-3,
+            "to_world": [{"scale": [8, 6, 20]}],
+            **meter,
+        },
+    }
+    return load(scene)
+
+
+@pytest.fixture(scope="module")
+def fluence(tmp_path_factory):
+    """Readings of the block, as arrays and as a file."""
+    file = tmp_path_factory.mktemp("fluence") / "fluence.npz"
+    morgana.render(lit_block(), particles=6400).write(str(file))
+    return dict(np.load(file)), file
+
+
+def test_a_fluence_opens_in_its_largest_plane_through_the_maximum(page, serve, fluence):
+    arrays, file = fluence
+    values = arrays["fluence"]
+    open_page(page, serve("view", file))
+    assert page.inner_text("#status") == "fluence in W/mm²"
+    # Errors, flags and edges belong to their quantity.
+    quantities = control(page, "array").locator("option").all_inner_texts()
+    assert quantities == ["fluence (5 × 6 × 4)", "absorbed (5 × 6 × 4)", "to_world (3 × 4)", "emitted (1)"]
+    z, y, x = np.unravel_index(values.argmax(), values.shape)
+    # The largest sides are along z and x.
+    assert control(page, "axes").locator("option:checked").inner_text() == "z up, x across"
+    np.testing.assert_array_equal(current(page), np.float32(values[:, y, :]))
+    assert place(page) == [f"z {4 * z} to {4 * z + 4} mm", f"y {y} to {y + 1} mm", f"x {2 * x} to {2 * x + 2} mm"]
+    value, error = numbers(page.inner_text("#reading"))[:2]
+    assert value == pytest.approx(values.max(), rel=1e-3)
+    assert error == pytest.approx(arrays["fluence_error"][z, y, x], rel=0.05)
+    # Cells have their true shape, 4 mm high and 2 mm wide, and stand upright.
+    box = page.evaluate("(({ view, pictures: [{ axes }] }) => axes.map(({ places }) => (places[1] - places[0]) * view.zoom))(window.viewer.page().canvases[0])")
+    assert box[1] == pytest.approx(2 * box[0])
     picture(page, "fluence")
-    # Sum over the first long axis.
-    axis = next(i for i, p in enumerate(part) if p != "*" and stored.shape[i] > 1)
-    shown(page, lambda: control(page, f"sum{axis}").check())
-    values = page.evaluate("[...window.viewer.page().current.values]")
-    expected = stored.sum(axis=axis)
-    rest = tuple(slice(None) if p == "*" else int(p) for i, p in enumerate(part) if i != axis)
-    np.testing.assert_allclose(values, expected[rest].ravel(), rtol=1e-6)
+    # The arrow up leads to the next cell along z.
+    page.locator("#stage .surface canvas").focus()
+    page.keyboard.press("ArrowUp")
+    until(page, "text => document.getElementById('place')?.textContent.startsWith(text)", f"z {4 * z + 4} to")
+    shown(page, lambda: control(page, "quantity").select_option("_error"))
+    np.testing.assert_array_equal(current(page), np.float32(arrays["fluence_error"][:, y, :]))
+    shown(page, lambda: control(page, "quantity").select_option(""))
+    shown(page, lambda: control(page, f"sum{1}").check())
+    np.testing.assert_allclose(current(page), values.sum(axis=1), rtol=1e-6)
+
+
+def test_three_planes_cross_where_one_looks(page, serve, fluence):
+    arrays, file = fluence
+    values = arrays["fluence"]
+    open_page(page, serve("view", file), "layout=planes&at0=1&at1=2&at2=3")
+    planes = page.evaluate("window.viewer.page().canvases.map(({ pictures: [{ planes: [p], height }] }) => [height, ...p])")
+    for (height, *plane), expected in zip(planes, [values[:, 2, :], values[:, :, 3], values[1]]):
+        np.testing.assert_array_equal(np.reshape(plane, (int(height), -1))[::-1], np.float32(expected))
+    # A click in the plane of y and z moves both.
+    canvas = page.locator("#stage .surface canvas").nth(1)
+    shown(page, lambda: canvas.focus() or page.keyboard.press("ArrowRight"))
+    assert place(page) == ["z 4 to 8 mm", "y 3 to 4 mm", "x 6 to 8 mm"]
+    picture(page, "planes")
+    np.testing.assert_array_equal(page.evaluate("window.viewer.page().canvases[0].pictures[0].planes[0][0]"), np.float32(values[4, 3, 0]))
+
+
+def test_limits_are_dragged_on_the_colour_bar(page, serve, fluence):
+    arrays, file = fluence
+    open_page(page, serve("view", file), "log=0")
+    [low, high] = page.evaluate("window.viewer.page().bar.range")
+    box = page.locator(".scale canvas").bounding_box()
+    page.mouse.move(box["x"] + 0.9 * box["width"], box["y"] + 5)
+    page.mouse.down()
+    shown(page, lambda: page.mouse.move(box["x"] + 0.5 * box["width"], box["y"] + 5))
+    page.mouse.up()
+    assert numbers(control(page, "high").input_value()) == [pytest.approx(low + 0.6 * (high - low), rel=0.02)]
+    shown(page, lambda: page.mouse.dblclick(box["x"] + 0.9 * box["width"], box["y"] + 5))
+    assert page.evaluate("window.viewer.page().bar.range") == [low, high]
+
+
+def test_gates_are_a_film(page, serve, tmp_path):
+    morgana.render(lit_block(bin_width=8.0, max_bound=32.0), particles=3200).write(str(tmp_path / "gates.npz"))
+    open_page(page, serve("view", tmp_path / "gates.npz"), "at0=0")
+    stored = np.load(tmp_path / "gates.npz")["fluence"]
+    page.get_by_role("button", name="Play film").click()
+    until(page, "window.viewer.page().current.place[0] === 2")
+    page.get_by_role("button", name="Pause film").click()
+    gate = page.evaluate("window.viewer.page().current.place[0]")
+    assert page.locator("[data-where='0']").inner_text() == f"opl {8 * gate} to {8 * gate + 8} mm"
+    y = page.evaluate("window.viewer.page().current.place[2]")
+    np.testing.assert_array_equal(current(page), np.float32(stored[gate, :, y, :]))
+
+
+@pytest.mark.parametrize("layout", ["volume", "surface"])
+def test_volumes_are_drawn(page, serve, fluence, layout):
+    """The volume is brightest, and its surface is, where the fluence is largest: low and in front."""
+    _, file = fluence
+    open_page(page, serve("view", file), f"layout={layout}")
+    time.sleep(0.5)
+    picture(page, layout)
+    count = """() => {
+        const space = window.viewer.page().space;
+        space.renderer.render(space.scene, space.camera);
+        const gl = space.renderer.getContext();
+        const [width, height] = [gl.drawingBufferWidth, gl.drawingBufferHeight];
+        const pixels = new Uint8Array(4 * width * height);
+        gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+        const lit = [0, 0];
+        for (let i = 0; i < width * height; i += 1) if (pixels[4 * i + 1] > 60) lit[Number(i >= width * height / 2)] += 1;
+        return [...lit, gl.getError()];
+    }"""
+    bottom, top, error = page.evaluate(count)
+    assert error == 0 and bottom > 1000 and bottom > 2 * top, (bottom, top, error)
 
 
 @pytest.mark.parametrize(("kind", "array"), [("h5", "fluence"), ("nrrd", "volume")])
 def test_arrays_of_other_formats_are_shown(page, serve, tmp_path, kind, array):
     result = morgana.render(load(meters()), particles=640)
     result.write(str(tmp_path / f"meters.{kind}"))
-    open_page(page, serve("view", tmp_path / f"meters.{kind}"), f"array={array}&at0=1")
-    values = page.evaluate("[...window.viewer.page().current.values]")
-    np.testing.assert_array_equal(np.float32(values), np.float32(result.meters["fluence"].mean[1].ravel()))
+    open_page(page, serve("view", tmp_path / f"meters.{kind}"), f"array={array}&at0=1&axes=1,2")
+    np.testing.assert_array_equal(current(page), np.float32(result.meters["fluence"].mean[1]))
     assert page.evaluate("window.viewer.page().current.array.axes")[:3] == [
         "z",
         "y",
         "x",
     ]
-
-
-def current(page):
-    """Returns the visible slice, row by row."""
-    page_of = "window.viewer.page()"
-    shape = page.evaluate(f"(p => p.shown(p.current.array).map(i => p.current.array.shape[i]))({page_of})")
-    return np.array(page.evaluate(f"[...{page_of}.current.values]"), np.float32).reshape(shape)
 
 
 def test_one_of_several_arrays_is_chosen(page, serve, tmp_path):
@@ -475,16 +659,16 @@ def test_one_of_several_arrays_is_chosen(page, serve, tmp_path):
         lambda: control(page, "names").fill("z y x") or control(page, "names").press("Enter"),
     )
     shown(page, lambda: control(page, "axes").select_option(label="x down, z across"))
-    np.testing.assert_array_equal(current(page), density[:, 1, :].T)
+    np.testing.assert_array_equal(current(page), density[:, 2, :])
     page.locator("#stage .surface canvas").focus()
     page.keyboard.press("ArrowUp")
-    until(page, "document.getElementById('place')?.textContent === 'x 2, z 1'")
-    assert numbers(page.inner_text("#reading")) == [density[1, 1, 2]]
+    until(page, "document.getElementById('place')?.textContent === 'z 1y 2x 2'")
+    assert numbers(page.inner_text("#reading")) == [density[1, 2, 2]]
     until(page, "location.hash.includes('axes=2%2C0')")
     open_page(page, address, page.evaluate("location.hash").lstrip("#"))
-    np.testing.assert_array_equal(current(page), density[:, 1, :].T)
+    np.testing.assert_array_equal(current(page), density[:, 2, :])
     shown(page, lambda: control(page, "array").select_option("line"))
-    assert page.evaluate("[...window.viewer.page().current.values]") == [1, 2, 3, 4, 5]
+    np.testing.assert_array_equal(profile(page), [1, 2, 3, 4, 5])
 
 
 def test_names_in_files_are_text(page, serve, tmp_path):
@@ -509,7 +693,7 @@ def test_arrays_are_pictures_or_slices(page, serve, tmp_path):
     open_page(page, address)
     assert page.evaluate("window.viewer.page().canvas.pictures[0].planes.map(p => p[7])") == pytest.approx(colours[1, 2])
     shown(page, lambda: control(page, "as").select_option("arrays"))
-    np.testing.assert_array_equal(current(page), np.float32(colours[2]))
+    np.testing.assert_array_equal(current(page), np.float32(colours[3]))
     open_page(page, address, "item=1&at0=3")
     np.testing.assert_array_equal(current(page), volume[3])
     shown(page, lambda: control(page, "as").select_option("image"))
@@ -536,28 +720,91 @@ def test_files_that_change_and_programs_that_end(page, serve, tmp_path):
     page.problems.clear()
 
 
-def test_python_serves_results(page):
+def first_plane(page):
+    """Returns the values of the first channel of the first item."""
+    code = "(async () => { const p = window.viewer.page(); return [...(await p.plane(0, '', p.channels()[0]))]; })()"
+    return np.float32(page.evaluate(code)).reshape(-1)
+
+
+def test_python_serves_results(page, monkeypatch):
     result = morgana.render(load(small()), spp=4)
     view = morgana.view(result)
     open_page(page, view.address)
-    plane = page.evaluate(
-        "(async () => { const p = window.viewer.page(); return [...(await p.plane(0, '', p.channels()[0]))]; })()"
-    )
-    np.testing.assert_array_equal(np.float32(plane), result.image[..., 0].ravel())
-    assert view.address in view._repr_html_()
+    np.testing.assert_array_equal(first_plane(page), result.image[..., 0].ravel())
+    assert view.address in repr(view)
+    # Without anywidget, a notebook shows the page in a frame.
+    monkeypatch.setitem(sys.modules, "anywidget", None)
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    assert f'<iframe src="{view.address}"' in view._repr_mimebundle_()["text/html"]
+    monkeypatch.setitem(sys.modules, "morgana._widget", None)
+    with pytest.raises(morgana.RenderError, match="pip install anywidget"):
+        view.widget
     view.close()
     page.goto("about:blank")
 
 
-def test_pages_are_accessible(page, serve, images):
+HOST = """<!DOCTYPE html><title>a notebook</title><link rel="icon" href="data:,"><div id="cell"></div>
+<script type="module">
+import widget from './widget.js';
+
+// The model of a widget, as notebooks give it to anywidget.
+const heard = [];
+const model = {
+    get: (name) => ({ height: 500 })[name],
+    on: (_, listener) => heard.push(listener),
+    off: (_, listener) => heard.splice(heard.indexOf(listener), 1),
+    send: async (message) => {
+        const [answer, content] = await window.kernel(message);
+        // Notebooks give the part of a larger buffer.
+        const bytes = Uint8Array.from(`....${atob(content)}....`, (letter) => letter.charCodeAt(0));
+        for (const listener of heard) listener(answer, [new DataView(bytes.buffer, 4, bytes.length - 8)]);
+    },
+};
+await widget.render({ model, el: document.getElementById('cell') });
+</script>"""
+"""A page that shows a widget as notebooks do."""
+
+
+def test_notebooks_show_the_page_without_a_server(page, fluence):
+    pytest.importorskip("anywidget", reason="anywidget is not installed")
+    result = morgana.render(load(small()), spp=4)
+    view = morgana.view(result, fluence[1])
+    assert "application/vnd.jupyter.widget-view+json" in view._repr_mimebundle_()[0]
+    asked = []
+
+    def kernel(message):
+        sent = []
+        view.widget.send = lambda *answer: sent.append(answer)
+        view.widget._handle_custom_msg(message, [])
+        [(answer, [content])] = sent
+        asked.append((message["path"], answer["status"]))
+        return [answer, base64.b64encode(content).decode()]
+
+    page.expose_function("kernel", kernel)
+    html, script = {"body": HOST, "content_type": "text/html"}, {"body": view.widget._esm, "content_type": "text/javascript"}
+    page.route("http://127.0.0.1:9/**", lambda route: route.fulfill(**(script if route.request.url.endswith("widget.js") else html)))
+    page.goto("http://127.0.0.1:9/")
+    page.wait_for_selector("iframe")
+    frame = page.frames[-1]
+    until(frame, "document.body.dataset.shown")
+    np.testing.assert_array_equal(first_plane(frame), result.image[..., 0].ravel())
+    shown(frame, lambda: control(frame, "item").select_option("1"))
+    picture(page, "notebook")
+    assert {status for _, status in asked} == {200}
+    assert {"index.html", "viewer.css", "api/items"} <= {path for path, _ in asked}
+
+
+def test_pages_are_accessible(page, serve, images, fluence):
     """Pages pass the rules of axe, at levels A and AA of WCAG 2."""
     axe = pytest.importorskip("axe_playwright_python", reason="axe-playwright-python is not installed")
     rules = next(pathlib.Path(axe.__file__).parent.rglob("axe.min.js")).read_text()
-    address = serve("view", images / "seed1.exr", images / "seed2.exr", SCENES / "luneburg_fog.xml")
+    address = serve("view", images / "seed1.exr", images / "seed2.exr", SCENES / "luneburg_fog.xml", fluence[1])
     for state in [
         "cursor=40,30&line=10,30,80,30",
         "channel=G&quantity=error&compare=slider&cursor=3,3",
         "item=2&from=-3,0.3,0&direction=1,0,0",
+        "item=3&layout=planes",
+        "item=3&layout=volume",
     ]:
         open_page(page, address, state)
         page.wait_for_timeout(500)

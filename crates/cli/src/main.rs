@@ -6,6 +6,7 @@
 
 mod args;
 mod balance;
+mod browser;
 mod command_error;
 mod commands;
 mod config;

@@ -2,7 +2,7 @@
 
 import * as api from './api.js';
 import * as state from './state.js';
-import { choice, element, say } from './controls.js';
+import { button, choice, element, say } from './controls.js';
 import { ImagePage } from './image.js';
 import { LiveBar, begun } from './live.js';
 import { MeasurePage } from './measures.js';
@@ -26,7 +26,7 @@ async function open(index) {
     bar?.close();
     [page, bar] = [null, null];
     for (const part of [stage, side, live]) part.replaceChildren();
-    chooser.replaceChildren(...(items.length > 1 ? [choice('Show', 'item', items.map((item, i) => [i, item.name]), index)] : []));
+    chooser.replaceChildren(...(items.length > 1 ? [choice('Show', 'item', items.map((item, i) => [i, item.name]), index), ...arrows(index)] : []));
     document.title = `${items[index].name} · morgana`;
     if (items[index].kind === 'live' && !items[index].about) {
         const item = await begun(index);
@@ -41,6 +41,17 @@ async function open(index) {
     if (given[index].note) side.prepend(element('p', { class: 'warning' }, given[index].note));
 }
 
+/** Buttons that lead to the item before and to the next one. */
+function arrows(index) {
+    const to = (step) => () => step_by(step);
+    return [button('‹', to(-1), { 'aria-label': 'Previous item', title: 'Previous item (p)', disabled: index === 0 }), button('›', to(1), { 'aria-label': 'Next item', title: 'Next item (n)', disabled: index === items.length - 1 })];
+}
+
+function step_by(step) {
+    const next = Math.min(Math.max(wanted() + step, 0), items.length - 1);
+    if (next !== wanted()) state.set({ item: next });
+}
+
 async function show(index) {
     try {
         await open(index);
@@ -53,10 +64,17 @@ function wanted() {
     return Math.min(Math.max(Math.round(state.number('item', 0)), 0), items.length - 1);
 }
 
+document.addEventListener('keydown', (event) => {
+    const isTyped = ['INPUT', 'SELECT', 'TEXTAREA'].includes(event.target.tagName);
+    if (isTyped || event.ctrlKey || event.altKey || event.metaKey) return;
+    if (event.key === 'n' || event.key === 'p') step_by(event.key === 'n' ? 1 : -1);
+    else page?.shortcut?.(event.key);
+});
+
 state.onChange(() => {
     if (wanted() !== shown) {
-        // What was chosen for another thing says nothing of this one.
-        state.keep(['item', 'pixel', 'layer', 'exposure']);
+        // What was chosen for another thing says nothing of this one; images are compared at the same exposure and place.
+        state.keep(['item', 'pixel', 'layer', 'exposure', ...(items[wanted()].kind === 'image' ? ['view', 'cursor', 'curve', 'white'] : [])]);
         show(wanted());
     } else if (given[shown]?.other && state.get('as') !== shownAs) {
         state.keep(['item', 'as']);

@@ -15,17 +15,20 @@ function filmic(value) {
     return hable(2 * value) / hable(2 * WHITE);
 }
 
-/** A function from linear values to bytes: after a gain of so many stops, cut off at white or compressed. */
-export function toneCurve(stops, curve) {
+/**
+ * A function from the linear value of a channel (0 to 2) to a byte: after a gain of so many stops and those of the channels, cut off
+ * at white or compressed.
+ */
+export function toneCurve(stops, curve, gains = [1, 1, 1]) {
     const top = curve === 'filmic' ? WHITE : 1;
-    const gain = (2 ** stops) * (ENTRIES - 1) / top;
+    const scales = gains.map((gain) => gain * (2 ** stops) * (ENTRIES - 1) / top);
     const bytes = new Uint8Array(ENTRIES);
     for (let i = 0; i < ENTRIES; i += 1) {
         const value = i / (ENTRIES - 1) * top;
         bytes[i] = Math.round(255 * srgb(curve === 'filmic' ? Math.min(filmic(value), 1) : value));
     }
-    return (value) => {
-        const at = value * gain + 0.5;
+    return (value, channel = 1) => {
+        const at = value * scales[channel] + 0.5;
         // NaN is neither.
         return at >= ENTRIES ? 255 : at > 0 ? bytes[at | 0] : 0;
     };
@@ -46,9 +49,21 @@ function oklch(lightness, chroma, hue) {
 
 const mix = (a, b, t) => a + (b - a) * t;
 
+/** Coefficients of t⁰ to t⁶ of red, green and blue: a polynomial through viridis (S. van der Walt and N. Smith 2015), within 0.013. */
+const VIRIDIS = [
+    [0.277727, 0.105093, -0.330862, -4.63423, 6.22827, 4.77638, -5.43546],
+    [0.00540734, 1.40461, 0.214848, -5.7991, 14.1799, -13.7451, 4.64585],
+    [0.3341, 1.38459, 0.0950952, -19.3324, 56.6906, -65.353, 26.3124],
+];
+
+function viridis(t) {
+    const sum = (coefficients) => coefficients.reduceRight((rest, c) => rest * t + c, 0);
+    return VIRIDIS.map((coefficients) => Math.round(255 * Math.min(Math.max(sum(coefficients), 0), 1)));
+}
+
 /** Scales of colours, each a function of t in [0, 1]. Lightness grows evenly, or falls evenly from the middle to both ends. */
 const SCALES = {
-    dusk: (t) => oklch(mix(0.16, 0.95, t), 0.13 * Math.sin(Math.PI * mix(0.16, 0.93, t)) + 0.02, mix(285, 465, t)),
+    viridis,
     grey: (t) => oklch(mix(0, 1, t), 0, 0),
     diverging: (t) => {
         const s = 2 * t - 1;
@@ -57,13 +72,25 @@ const SCALES = {
 };
 
 /** Names of the scales for values, as `[value, text]`. */
-export const SCALE_NAMES = [['dusk', 'dusk (violet to yellow)'], ['grey', 'grey'], ['diverging', 'diverging (blue, white, red)']];
+export const SCALE_NAMES = [['viridis', 'viridis'], ['grey', 'grey'], ['diverging', 'diverging (blue, white, red)']];
 
 /** Bytes of 256 colours of a scale. */
 export function scale(name) {
     const table = new Uint8Array(768);
-    for (let i = 0; i < 256; i += 1) table.set((SCALES[name] ?? SCALES.dusk)(i / 255), 3 * i);
+    for (let i = 0; i < 256; i += 1) table.set((SCALES[name] ?? SCALES.viridis)(i / 255), 3 * i);
     return table;
+}
+
+/** Colour of values that are not known. */
+const UNKNOWN = [110, 110, 110];
+
+/** A function that encodes a value in colours of a scale, over a range. */
+export function encoder(name, range, isLogarithmic) {
+    const colours = scale(name);
+    return ([value], out, at) => {
+        const t = position(value, range, isLogarithmic);
+        for (let c = 0; c < 3; c += 1) out[at + c] = Number.isNaN(t) ? UNKNOWN[c] : colours[3 * Math.min(Math.floor(256 * t), 255) + c];
+    };
 }
 
 /** Where a value lies in a range, 0 to 1; NaN if it is not known. */

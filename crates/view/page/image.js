@@ -3,7 +3,8 @@
 import * as api from './api.js';
 import * as state from './state.js';
 import { PictureCanvas } from './canvas.js';
-import { SCALE_NAMES, position, scale, toneCurve, valueAt } from './colour.js';
+import { SCALE_NAMES, encoder, toneCurve } from './colour.js';
+import { ColourBar } from './colourbar.js';
 import { button, choice, element, number, refill, refresh, say, settled, shownAs, table, text, toggle } from './controls.js';
 import { plain, withError } from './format.js';
 import { colourOf, histogram, plotCurves, quantiles } from './plots.js';
@@ -14,10 +15,10 @@ const COMPARISONS = [['', 'nothing'], ['slider', 'slider'], ['beside', 'side by 
 const Z_RANGE = [-5, 5];
 /** Values around the cursor that are listed, on each side. */
 const AROUND = 2;
+/** Stops by which a key changes the exposure. */
+const STEP = 0.5;
 /** Milliseconds between the frames of a film. */
 const FRAME = 120;
-/** What no value is known of. */
-const UNKNOWN = [110, 110, 110];
 
 /** Layers that tell something of others. */
 const isAbout = (name) => /^(variance|few)(\.|$)/.test(name);
@@ -43,20 +44,25 @@ export class ImagePage {
         });
         this.controls = element('div');
         this.values = element('div', { 'aria-live': 'polite', id: 'values' });
-        this.scale = element('div', { class: 'scale' });
+        this.bar = new ColourBar();
         this.histogram = element('div');
         this.about = element('details');
-        side.append(this.controls, this.scale, element('h2', {}, 'Under the cursor'), this.values, element('h2', {}, 'Histogram'), this.histogram, this.about);
+        side.append(this.controls, this.bar.element, element('h2', {}, 'Under the cursor'), this.values, element('h2', {}, 'Histogram'), this.histogram, this.about);
         this.canvas.view = state.numbers('view', 3) && (([x, y, zoom]) => ({ x, y, zoom }))(state.numbers('view', 3));
         this.canvas.cursor = state.numbers('cursor', 2);
         this.fill();
     }
 
-    /** Other images of this size. */
+    /** Other images. */
     others() {
+        return this.items.map((item, i) => [item, i]).filter(([item, i]) => i !== this.index && item.about?.layers);
+    }
+
+    /** What is said of an image of another size; '' if both have one size. */
+    overlap({ kind, item }) {
         const { width, height } = this.item.about;
-        const fits = (item, i) => i !== this.index && item.about?.layers && item.about.width === width && item.about.height === height;
-        return this.items.map((item, i) => [item, i]).filter(([item, i]) => fits(item, i));
+        if (kind === '' || (item.about.width === width && item.about.height === height)) return '';
+        return `The images have different sizes, ${width} × ${height} and ${item.about.width} × ${item.about.height} pixels: they are compared where they overlap if their top left corners do.`;
     }
 
     layer() {
@@ -95,6 +101,27 @@ export class ImagePage {
         return state.number('exposure', this.item.about.exposure);
     }
 
+    /** What red, green and blue are multiplied by, so that a colour looks white. */
+    async gains() {
+        const white = state.get('white');
+        return white ? api.json(api.query('white', { of: white })) : [1, 1, 1];
+    }
+
+    /** Makes the pixel of the cursor neutral. */
+    async neutral() {
+        const [x, y] = this.canvas.cursor ?? [];
+        if (x === undefined) return say('Click a pixel that should look white or grey first', true);
+        const colours = (await this.colours(this.index)).map((plane) => plane[y * this.item.about.width + x]);
+        if (!colours.every((v) => v > 0)) return say('This pixel has no red, no green or no blue: choose another', true);
+        return state.set({ white: colours.map((v) => v.toPrecision(4)).join(',') });
+    }
+
+    /** Keys of the whole page. */
+    shortcut(key) {
+        if (this.channel() !== '') return;
+        if (key === 'e' || key === 'E') state.set({ exposure: this.exposure() + (key === 'e' ? STEP : -STEP) });
+    }
+
     /** Fills in the controls. */
     fill() {
         const { about } = this.item;
@@ -109,16 +136,20 @@ export class ImagePage {
         parts.push(choice('Channel', 'channel', options, this.channel() || 'colours'));
         if (!isColour && this.variance()) parts.push(choice('Shown', 'quantity', QUANTITIES, 'value'));
         if (isColour) {
-            parts.push(number('Exposure, stops', 'exposure', { step: 0.25 }, about.exposure));
+            parts.push(number('Exposure, stops', 'exposure', { step: 0.25, title: 'e: brighter, E: darker' }, about.exposure));
             parts.push(choice('Tone curve', 'curve', [['srgb', 'sRGB'], ['filmic', 'filmic']], 'srgb'));
+            parts.push(text('White', 'white', 'kelvin, or red,green,blue'));
+            parts.push(element('div', { class: 'buttons' }, button('Pixel is neutral', () => this.neutral(), { title: 'Makes the pixel of the cursor grey' })));
         } else {
-            parts.push(choice('Colours', 'scale', SCALE_NAMES, 'dusk'), toggle('Logarithmic', 'log'));
+            parts.push(choice('Colours', 'scale', SCALE_NAMES, 'viridis'), toggle('Logarithmic', 'log'));
             parts.push(number('From', 'low', { step: 'any', placeholder: 'automatic' }, ''), number('To', 'high', { step: 'any', placeholder: 'automatic' }, ''));
         }
         const others = this.others();
         if (others.length > 0) {
             parts.push(element('h2', {}, 'Compare'), choice('As', 'compare', COMPARISONS, ''));
             parts.push(choice('With', 'with', others.map(([item, i]) => [i, item.name]), others[0][1]));
+            const overlap = this.overlap(this.comparison());
+            if (overlap) parts.push(element('p', { class: 'warning', id: 'overlap' }, overlap));
             if (this.comparison().kind === 'slider') parts.push(number('Slider', 'split', { type: 'range', min: 0, max: 1, step: 0.001 }, 0.5));
         }
         const isDrawing = this.canvas.isDrawing;
@@ -127,7 +158,7 @@ export class ImagePage {
             button('1:1', () => this.canvas.setView({ ...this.canvas.view, zoom: 1 })),
             button('Profile', () => this.drawing(), { 'aria-pressed': String(isDrawing), title: 'Drag a line over the picture (or drag with the shift key)' }),
             button('Save PNG', () => this.savePng()),
-            element('a', { href: `api/${this.index}/image.exr`, download: `${this.item.name.replace(/\.[^.]*$/, '')}.exr`, class: 'button' }, 'Save EXR')));
+            button('Save EXR', () => this.saveExr())));
         if (isDrawing || state.get('line')) parts.push(text('Line', 'line', 'x, y of both ends'));
         const scene = this.items.findIndex((item) => item.kind === 'scene' && item.about.film[0] === about.width && item.about.film[1] === about.height);
         if (scene >= 0) parts.push(element('div', { class: 'buttons' }, button('Follow the ray of this pixel', () => this.follow(scene))));
@@ -201,15 +232,6 @@ export class ImagePage {
         return variance.map((v, i) => Math.sqrt(v) / Math.abs(mean[i]));
     }
 
-    /** A picture of values in colours of a scale, and that scale. */
-    scaled(planes, name, range, isLogarithmic) {
-        const colours = scale(name);
-        return (values, out, at) => {
-            const t = position(values[0], range, isLogarithmic);
-            for (let c = 0; c < 3; c += 1) out[at + c] = Number.isNaN(t) ? UNKNOWN[c] : colours[3 * Math.min(Math.floor(256 * t), 255) + c];
-        };
-    }
-
     /** Shows what the state says. */
     async show() {
         const request = (this.drawn += 1);
@@ -219,7 +241,7 @@ export class ImagePage {
             if (request !== this.drawn) return;
             this.canvas.line = state.numbers('line', 4);
             this.canvas.show(shown.pictures, shown.split);
-            this.showScale(shown);
+            this.bar.show(shown);
             this.showHistogram(shown);
             await Promise.all([this.read(), this.profile()]);
             say(`${this.item.about.width} × ${this.item.about.height}`);
@@ -231,7 +253,6 @@ export class ImagePage {
     }
 
     async pictures() {
-        const { width, height } = this.item.about;
         const comparison = this.comparison();
         if (comparison.kind === 'z' || comparison.kind === 'flip') return this.difference(comparison);
         const indices = comparison.kind === 'beside' ? [this.index, ...this.others().map(([, i]) => i)] : comparison.kind ? [this.index, comparison.index] : [this.index];
@@ -240,24 +261,24 @@ export class ImagePage {
         const split = comparison.kind === 'slider' ? state.number('split', 0.5) : null;
         let [encode, range] = [null, null];
         if (isColour) {
-            const tone = toneCurve(this.exposure(), state.get('curve', 'srgb'));
+            const tone = toneCurve(this.exposure(), state.get('curve', 'srgb'), await this.gains());
             encode = (values, out, at) => {
-                for (let c = 0; c < 3; c += 1) out[at + c] = tone(values[c]);
+                for (let c = 0; c < 3; c += 1) out[at + c] = tone(values[c], c);
             };
         } else {
             range = this.range(planes[0][0]);
-            encode = this.scaled(planes, state.get('scale', 'dusk'), range, state.get('log') === '1');
+            encode = encoder(state.get('scale', 'viridis'), range, state.get('log') === '1');
         }
-        return { pictures: planes.map((p) => ({ width, height, planes: p, encode })), split, range, scale: state.get('scale', 'dusk'), isLogarithmic: state.get('log') === '1' };
+        return { pictures: planes.map((p, i) => ({ width: this.items[indices[i]].about.width, height: this.items[indices[i]].about.height, planes: p, encode })), split, range, scale: state.get('scale', 'viridis'), isLogarithmic: state.get('log') === '1' };
     }
 
     async difference({ kind, index }) {
-        const { width, height } = this.item.about;
+        const [width, height] = ['width', 'height'].map((side) => Math.min(this.item.about[side], this.items[index].about[side]));
         const channel = this.channel() || this.channels()[0];
         const question = { a: this.index, b: index, layer: this.layer(), reference_layer: this.layer(), kind, version: this.version };
         const plane = await api.floats(api.query('difference', kind === 'z' ? { ...question, channel } : { ...question, exposure: this.exposure() }));
-        const [range, name] = kind === 'z' ? [Z_RANGE, 'diverging'] : [[0, 1], 'dusk'];
-        return { pictures: [{ width, height, planes: [plane], encode: this.scaled([plane], name, range, false) }], split: null, range, scale: name, isLogarithmic: false };
+        const [range, name] = kind === 'z' ? [Z_RANGE, 'diverging'] : [[0, 1], 'viridis'];
+        return { pictures: [{ width, height, planes: [plane], encode: encoder(name, range, false) }], split: null, range, scale: name, isLogarithmic: false, isFixed: true };
     }
 
     /** The range of values that colours show: what is asked for, or nearly all. */
@@ -269,19 +290,6 @@ export class ImagePage {
         if (!(high > low)) [low, high] = [Math.min(low, 0) || 0, high > 0 ? high : 1];
         [low, high] = [state.number('low', low), state.number('high', high)];
         return isLogarithmic && !(low > 0) ? [high > 0 ? high * 1e-4 : 1e-4, high > 0 ? high : 1] : [low, high];
-    }
-
-    showScale({ range, scale: name, isLogarithmic }) {
-        this.scale.hidden = range === null;
-        if (range === null) return;
-        const canvas = element('canvas', { width: 256, height: 1, 'aria-hidden': 'true' });
-        const context = canvas.getContext('2d');
-        const image = context.createImageData(256, 1);
-        const colours = scale(name);
-        for (let i = 0; i < 256; i += 1) image.data.set([...colours.subarray(3 * i, 3 * i + 3), 255], 4 * i);
-        context.putImageData(image, 0, 0);
-        const labels = [0, 0.5, 1].map((t) => element('span', {}, plain(valueAt(t, range, isLogarithmic), 3)));
-        this.scale.replaceChildren(canvas, ...labels);
     }
 
     showHistogram({ pictures, range }) {
@@ -308,25 +316,27 @@ export class ImagePage {
         const [x, y] = at;
         const { width, height } = this.item.about;
         if (x >= width || y >= height) return;
-        const pixel = y * width + x;
         const comparison = this.comparison();
         const indices = comparison.kind ? [this.index, comparison.index] : [this.index];
         const parts = [element('p', { id: 'place' }, `x ${x}, y ${y}`)];
         for (const index of indices) {
             if (indices.length > 1) parts.push(element('p', { class: 'note' }, this.items[index].name));
-            parts.push(await this.reading(index, pixel));
+            parts.push(await this.reading(index, x, y));
         }
         if (comparison.kind === 'z' || comparison.kind === 'flip') {
-            const value = this.canvas.pictures[0].planes[0][pixel];
+            const shown = this.canvas.pictures[0];
+            const value = x < shown.width && y < shown.height ? shown.planes[0][y * shown.width + x] : NaN;
             parts.push(element('p', { id: 'difference' }, comparison.kind === 'z' ? `difference: ${plain(value, 4)} standard errors` : `FLIP ${plain(value, 4)}`));
         }
         parts.push(await this.neighbours(x, y));
         this.values.replaceChildren(...parts);
     }
 
-    async reading(index, pixel) {
+    async reading(index, x, y) {
         const layer = this.layer();
         const item = this.items[index];
+        if (x >= item.about.width || y >= item.about.height) return element('p', { class: 'note' }, 'outside of this image');
+        const pixel = y * item.about.width + x;
         const channels = this.channels(item);
         const has = (name) => item.about.layers.some((l) => l.name === name);
         const rows = await Promise.all(channels.map(async (channel) => {
@@ -369,13 +379,15 @@ export class ImagePage {
         const { width, height } = this.item.about;
         const [x0, y0, x1, y1] = line;
         const count = Math.max(Math.abs(x1 - x0), Math.abs(y1 - y0)) + 1;
-        const pixels = Array.from({ length: count }, (_, i) => {
+        const places = Array.from({ length: count }, (_, i) => {
             const t = count === 1 ? 0 : i / (count - 1);
             const at = [Math.round(x0 + t * (x1 - x0)), Math.round(y0 + t * (y1 - y0))];
-            return Math.min(Math.max(at[1], 0), height - 1) * width + Math.min(Math.max(at[0], 0), width - 1);
+            return [Math.min(Math.max(at[0], 0), width - 1), Math.min(Math.max(at[1], 0), height - 1)];
         });
+        // Beyond an image of another size there is nothing.
+        const along = (index, plane) => places.map(([px, py]) => (px < this.items[index].about.width && py < this.items[index].about.height ? plane[py * this.items[index].about.width + px] : NaN));
         const length = Math.hypot(x1 - x0, y1 - y0);
-        const x = pixels.map((_, i) => (count === 1 ? 0 : i / (count - 1) * length));
+        const x = places.map((_, i) => (count === 1 ? 0 : i / (count - 1) * length));
         const comparison = this.comparison();
         const indices = comparison.kind ? [this.index, comparison.index] : [this.index];
         const channels = this.channel() === '' ? this.channels() : [this.channel()];
@@ -383,8 +395,8 @@ export class ImagePage {
             const values = await this.plane(index, this.layer(), channel);
             const variance = this.variance(this.items[index]) ? await this.plane(index, varianceOf(this.layer()), channel) : null;
             const name = indices.length > 1 ? `${channel} of ${this.items[index].name}` : channel;
-            const errors = variance && pixels.map((p) => Math.sqrt(variance[p]));
-            return { name, colour: colourOf(channel, i), isDashed: k > 0, values: pixels.map((p) => values[p]), errors };
+            const errors = variance && along(index, variance).map(Math.sqrt);
+            return { name, colour: colourOf(channel, i), isDashed: k > 0, values: along(index, values), errors };
         })));
         plotCurves(this.below, x, curves, { xName: 'distance', xLabel: `pixels from (${x0}, ${y0}) to (${x1}, ${y1})`, height: 190, title: 'Profile along the line, with bands of one standard error' });
     }
@@ -415,11 +427,18 @@ export class ImagePage {
             encode(values, image.data, 4 * i);
         }
         context.putImageData(image, 0, 0);
-        canvas.toBlob((blob) => {
-            const link = element('a', { href: URL.createObjectURL(blob), download: `${this.item.name.replace(/\.[^.]*$/, '')}.png` });
-            link.click();
-            setTimeout(() => URL.revokeObjectURL(link.href), 10000);
-        });
+        canvas.toBlob((blob) => this.save(blob, 'png'));
+    }
+
+    /** The image with all its layers, as a file. */
+    async saveExr() {
+        this.save(new Blob([await api.bytes(`${this.index}/image.exr`)], { type: 'image/x-exr' }), 'exr');
+    }
+
+    save(blob, extension) {
+        const link = element('a', { href: URL.createObjectURL(blob), download: `${this.item.name.replace(/\.[^.]*$/, '')}.${extension}` });
+        link.click();
+        setTimeout(() => URL.revokeObjectURL(link.href), 10000);
     }
 
     /** A render has a new picture. Unless it is set, the exposure is that of the first, second, fourth picture, and so on. */
@@ -437,7 +456,7 @@ export class ImagePage {
         refresh(this.controls);
         this.canvas.cursor = state.numbers('cursor', 2);
         this.canvas.draw();
-        const names = ['layer', 'channel', 'compare', 'with', 'quantity', 'exposure', 'curve', 'scale', 'log', 'low', 'high', 'split', 'line'];
+        const names = ['layer', 'channel', 'compare', 'with', 'quantity', 'exposure', 'curve', 'white', 'scale', 'log', 'low', 'high', 'split', 'line'];
         const key = names.map((name) => state.get(name)).join('\n');
         if (key !== this.key) {
             const kind = [...names.slice(0, 3).map((name) => state.get(name)), state.get('line') !== ''].join('\n');

@@ -61,7 +61,8 @@ export class LiveBar {
         const what = status.ended ? 'done' : status.stopping ? 'stopping' : status.paused ? 'paused' : `${Math.round(100 * status.fraction)} %`;
         this.text.textContent = `${what} · ${samples} spp · mean ${plain(status.mean ?? NaN, 4)} ± ${plain(status.error ?? NaN, 2)}${left}`;
         this.pause.textContent = status.paused ? 'Go on' : 'Pause';
-        this.pause.disabled = this.stop.disabled = status.ended || status.stopping;
+        this.pause.disabled = this.stop.disabled = status.stopping;
+        this.pause.hidden = this.stop.hidden = status.ended;
     }
 
     follow({ elapsed, error }) {

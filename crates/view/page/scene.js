@@ -2,14 +2,20 @@
 
 import * as api from './api.js';
 import * as state from './state.js';
-import { button, choice, element, number, refresh, say, settled, table, text } from './controls.js';
+import { button, choice, element, number, refresh, say, settled, table, text, toggle } from './controls.js';
 import { toneCurve } from './colour.js';
 import { counted, plain } from './format.js';
+import { roundBelow } from './axes.js';
+import { isolines } from './isolines.js';
 
 const KEYS = [['camera', '#7ddc7d', 'what the camera sees'], ['emitter', '#ffe08a', 'emitter'], ['opaque', '#8f98a6', 'surface'], ['graded', '#4f9dff', 'medium with a varying index'], ['scattering', '#e0a050', 'medium that scatters'], ['clear', '#86c5da', 'clear medium']];
 const TRACED = 0xffd166;
 const BRANCHES = [0xff6b8b, 0x7ddc7d, 0x80b4ff, 0xd19cff, 0x6fe0d8, 0xffa860];
 
+/** Media whose isolines are drawn, at most. */
+const GRADED = 8;
+/** Arrows along a ray, about. */
+const ARROWS = 8;
 /** What is typed, and how many numbers it is. */
 const TYPED = [['pixel', 2, 'Pixel', '70,50'], ['from', 3, 'From', '0,0.5,-2'], ['direction', 3, 'Direction', '0,0,1'], ['to', 3, 'Point', '0,0.5,-2']];
 
@@ -20,6 +26,8 @@ export class ScenePage {
     constructor(stage, side, items, index) {
         Object.assign(this, { items, index, item: items[index], about: items[index].about, asked: 0, traced: null, connected: null });
         this.surface = element('div', { class: 'surface' });
+        this.label = element('p', { class: 'name', 'aria-live': 'polite', hidden: true });
+        this.surface.append(this.label);
         this.controls = element('div');
         this.rays = element('div', { class: 'below columns', 'aria-live': 'polite', id: 'rays', hidden: true });
         stage.append(this.surface, this.rays);
@@ -43,7 +51,7 @@ export class ScenePage {
         try {
             const { Stage } = await import('./stage.js');
             if (this.isClosed) return;
-            this.stage = new Stage(this.surface, (view) => state.set({ camera: view }));
+            this.stage = new Stage(this.surface, (view) => state.set({ camera: view }), (name) => this.name(name));
         } catch (error) {
             // Values of rays are told all the same.
             this.surface.append(element('p', { class: 'warning' }, `The scene cannot be drawn, because this browser does not offer WebGL 2 here (${error.message}). Rays are followed all the same: their lengths and ends are listed below. Another browser, or graphics acceleration in the settings of this one, shows the picture.`));
@@ -55,6 +63,14 @@ export class ScenePage {
         settled();
     }
 
+    /** Says which object is pointed at. */
+    name(name) {
+        const object = this.about.objects.find((one, i) => (one.name || `object ${i}`) === name);
+        const inside = object?.interior ? `, ${object.interior} inside` : '';
+        this.label.textContent = name && `${name}${inside}`;
+        this.label.hidden = name === '';
+    }
+
     async draw() {
         const { objects, emitters, sensor } = this.about;
         const wanted = state.numbers('camera', 6);
@@ -63,6 +79,15 @@ export class ScenePage {
         for (const emitter of emitters) if (emitter.position && !emitter.area) this.stage.addPoint(emitter.name ?? emitter.kind, emitter.position);
         if (sensor) this.stage.addCamera(sensor.rays);
         await Promise.all(objects.map((object, i) => this.add(object, i)));
+        const graded = this.about.media.map((medium, i) => [medium, i]).filter(([{ graded, region }]) => graded && region);
+        await Promise.all(graded.slice(0, GRADED).map(([medium, i]) => this.addIsolines(medium, i)));
+    }
+
+    /** Draws lines of equal index in three planes through the middle of a medium. */
+    async addIsolines({ region, name }, i) {
+        const planes = await api.floats(api.query(`${this.index}/index`, { medium: i }));
+        const { pairs, low, high } = isolines(planes, region);
+        if (pairs.length > 0) this.stage.addIsolines(`index of ${name || 'the surroundings'}: ${plain(low, 6)} to ${plain(high, 6)}`, pairs);
     }
 
     /** A box around everything. */
@@ -92,6 +117,7 @@ export class ScenePage {
         const buttons = looks.map(([from, label]) => button(`From ${label}`.replace('From along', 'Along'), () => this.stage?.look(from)));
         if (sensor) buttons.push(button('As the camera', () => this.stage?.lookAs(sensor.rays, this.fieldOfView())));
         const parts = [element('h2', {}, 'View'), element('div', { class: 'buttons' }, ...buttons)];
+        if (this.about.media.some(({ graded, region }) => graded && region)) parts.push(toggle('Lines of equal index', 'isolines', true));
         const hint = this.filmImage() < 0 ? [element('p', { class: 'note' }, 'Click in the film, or move through it by the arrow keys: the ray of that pixel is followed. An image of this size, opened together with the scene, is shown in it.')] : [];
         if (sensor) parts.push(element('h2', {}, 'Ray of a pixel'), this.film(), ...hint, text('Pixel', 'pixel', `x,y below ${film.join(',')}`));
         parts.push(element('h2', {}, 'Ray from a point'), text('From', 'from', 'x,y,z'), text('Direction', 'direction', 'x,y,z'));
@@ -214,6 +240,7 @@ export class ScenePage {
     async update() {
         if (this.filmCanvas) this.develop();
         refresh(this.controls);
+        this.stage?.setIsolines(state.get('isolines', '1') === '1');
         const questions = this.questions();
         const key = JSON.stringify(questions);
         if (key === this.key || !this.isReady) return;
@@ -237,10 +264,11 @@ export class ScenePage {
         const [lines, parts] = [[], []];
         const part = (title, ...content) => parts.push(element('div', {}, element('h2', {}, title), ...content));
         if (traced?.points) {
-            lines.push({ points: traced.points, colour: TRACED });
+            const between = roundBelow(traced.optical_length / ARROWS);
+            lines.push({ points: traced.points, colour: TRACED, times: traced.optical_lengths, between });
             const last = traced.points[traced.points.length - 1];
             const end = traced.surface ? `${traced.end} ${traced.surface}` : traced.end;
-            const rows = [['end', end], ['at', point(last)], ['arc length', plain(traced.arc_length, 7)], ['optical length', plain(traced.optical_length, 7)], ['points', String(traced.points.length)]];
+            const rows = [['end', end], ['at', point(last)], ['arc length', plain(traced.arc_length, 7)], ['optical length', plain(traced.optical_length, 7)], ['points', String(traced.points.length)], ['arrows', `every ${plain(between, 3)} of optical length`]];
             part('Ray', table(['quantity', 'value'], rows, 'Ray'));
         }
         if (connected?.branches) {

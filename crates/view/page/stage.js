@@ -1,6 +1,7 @@
 // A scene in three dimensions, by three.js. Drawn when something changes, not all the time.
 
 import * as three from './vendor/three.js';
+import { AxesOverlay } from './axes3d.js';
 
 const COLOURS = { opaque: 0x8f98a6, graded: 0x4f9dff, scattering: 0xe0a050, clear: 0x86c5da, emitter: 0xffe08a, camera: 0x7ddc7d };
 /** Opacity of media, through which one looks. */
@@ -12,6 +13,13 @@ const EDGED = 100000;
 /** Thickness of rays in pixels; more segments than so many are one pixel wide, which is drawn ten times as fast without a graphics card. */
 const THICKNESS = 2.5;
 const THICK = 2000;
+/** Triangles of a mesh in which the pointer searches, at most; beyond, its box has the name. */
+const SEARCHED = 200000;
+const HIGHLIGHT = 0xffffff;
+/** Opacity of lines of equal index. */
+const ISOLINE = 0.55;
+/** Length of the barbs of arrows, relative to the scene. */
+const BARB = 0.012;
 /** Opacity of rays that something blocks. */
 const FAINT = 0.4;
 
@@ -38,16 +46,18 @@ function lines(rays, isFaint) {
 }
 
 export class Stage {
-    /** `onView(text)`: after the view moved, with what `setView` takes. */
-    constructor(parent, onView) {
+    /** `onView(text)`: after the view moved, with what `setView` takes; `onName(name)`: an object is pointed at, '' if none is. */
+    constructor(parent, onView, onName) {
         this.renderer = new three.WebGLRenderer({ antialias: true });
         this.renderer.setClearColor(0x14171c);
         this.renderer.setPixelRatio(window.devicePixelRatio || 1);
         this.element = this.renderer.domElement;
         this.element.tabIndex = 0;
         this.element.setAttribute('role', 'application');
-        this.element.setAttribute('aria-label', 'Scene in three dimensions. Arrow keys turn it, plus and minus move nearer and farther.');
+        this.element.setAttribute('aria-label', 'Scene in three dimensions. Arrow keys turn it, plus and minus move nearer and farther, o names one object after another.');
         parent.append(this.element);
+        this.overlay = new AxesOverlay(parent);
+        this.onName = onName;
         this.scene = new three.Scene();
         this.scene.add(new three.AmbientLight(0xffffff, 1.4));
         this.light = new three.DirectionalLight(0xffffff, 1.6);
@@ -58,9 +68,12 @@ export class Stage {
         this.controls.addEventListener('end', () => onView(this.view()));
         this.onView = onView;
         this.element.addEventListener('keydown', (event) => this.key(event));
+        this.element.addEventListener('pointermove', (event) => event.buttons === 0 && this.hover(event));
+        this.element.addEventListener('pointerleave', () => this.name(null));
         this.objects = new three.Group();
         this.rays = new three.Group();
-        this.scene.add(this.objects, this.rays);
+        this.isolines = new three.Group();
+        this.scene.add(this.objects, this.rays, this.isolines);
         this.parent = parent;
         new ResizeObserver(() => this.resize()).observe(parent);
         this.resize();
@@ -81,7 +94,55 @@ export class Stage {
             this.isDue = false;
             this.light.position.copy(this.camera.position);
             this.renderer.render(this.scene, this.camera);
+            this.overlay.draw(this.camera, this.controls.target);
         });
+    }
+
+    /** Names the object under the pointer. */
+    hover(event) {
+        if (this.isPointed) return;
+        this.isPointed = true;
+        requestAnimationFrame(() => {
+            this.isPointed = false;
+            const box = this.element.getBoundingClientRect();
+            const at = new three.Vector2((event.clientX - box.left) / box.width * 2 - 1, 1 - (event.clientY - box.top) / box.height * 2);
+            const ray = new three.Raycaster();
+            ray.setFromCamera(at, this.camera);
+            const distance = (group) => this.distance(ray, group);
+            const found = this.objects.children.map((group) => [distance(group), group]).filter(([d]) => d < Infinity);
+            // What is inside has the name, not the medium around it that one looks through.
+            const size = (group) => group.userData.size ?? 0;
+            const solid = found.filter(([, group]) => !group.userData.isMedium);
+            const nearest = solid.reduce((a, b) => (b[0] < a[0] ? b : a), [Infinity, null]);
+            const media = found.filter(([d, group]) => group.userData.isMedium && d < nearest[0]);
+            const inner = media.reduce((a, b) => (!a || size(b[1]) < size(a) ? b[1] : a), null);
+            this.name(inner ?? nearest[1]);
+        });
+    }
+
+    /** How far a ray goes until it meets an object. */
+    distance(ray, group) {
+        const mesh = group.children?.find((child) => child.isMesh);
+        if (!mesh) return ray.intersectObject(group, false)[0]?.distance ?? Infinity;
+        if (mesh.geometry.index.count <= 3 * SEARCHED) return ray.intersectObject(mesh, false)[0]?.distance ?? Infinity;
+        const place = ray.ray.intersectBox(new three.Box3().setFromObject(mesh), new three.Vector3());
+        return place ? place.distanceTo(ray.ray.origin) : Infinity;
+    }
+
+    /** Emphasises an object, and says its name. */
+    name(group) {
+        if (group === this.named) return;
+        const lines = (one) => (one?.isLineSegments ? one : one?.children?.find((child) => child.isLineSegments));
+        const last = lines(this.named);
+        if (last) last.material.color.set(this.namedColour);
+        this.named = group;
+        const next = lines(group);
+        if (next) {
+            this.namedColour = next.material.color.getHex();
+            next.material.color.set(HIGHLIGHT);
+        }
+        this.onName(group?.name ?? '');
+        this.draw();
     }
 
     /** Frames per second of `count` frames, each drawn to its end. */
@@ -99,6 +160,7 @@ export class Stage {
 
     /** Shows what bounds are of: the box within which everything is. */
     setBounds([min, max]) {
+        this.overlay.setBox([min, max], [0, 1, 2].map((axis) => [min[axis], max[axis]]), ['x', 'y', 'z']);
         this.center = new three.Vector3(...min).add(new three.Vector3(...max)).multiplyScalar(0.5);
         this.size = Math.max(new three.Vector3(...max).distanceTo(new three.Vector3(...min)), 1e-9);
         this.camera.near = this.size * 1e-4;
@@ -162,6 +224,8 @@ export class Stage {
         });
         const group = new three.Group();
         group.name = name;
+        geometry.computeBoundingSphere();
+        group.userData = { isMedium, size: geometry.boundingSphere.radius };
         group.add(new three.Mesh(geometry, material));
         if (triangles.length <= 3 * EDGED) {
             const edges = new three.EdgesGeometry(geometry, EDGE);
@@ -208,7 +272,38 @@ export class Stage {
         return this.addLines(this.objects, 'camera', [...ends, ...around], COLOURS.camera);
     }
 
-    /** Shows rays, each { points, colour, isFaint }, in place of those before. */
+    /** Lines of equal index. */
+    addIsolines(name, pairs) {
+        const made = this.addLines(this.isolines, name, pairs, COLOURS.graded);
+        Object.assign(made.material, { transparent: true, opacity: ISOLINE });
+        this.draw();
+    }
+
+    setIsolines(isVisible) {
+        this.isolines.visible = isVisible;
+        this.draw();
+    }
+
+    /** Arrows along a ray, one each time that the optical length has grown by `between`: pairs of points of their barbs. */
+    arrows({ points, times, between }) {
+        const pairs = [];
+        let next = between;
+        for (let i = 1; i < points.length; i += 1) {
+            const [a, b] = [points[i - 1], points[i]].map((p) => new three.Vector3(...p));
+            const along = b.clone().sub(a).normalize();
+            const side = new three.Vector3(-along.y, along.x, along.z * 0.3).cross(along).normalize();
+            for (; next <= times[i]; next += between) {
+                const tip = a.clone().lerp(b, (next - times[i - 1]) / (times[i] - times[i - 1] || 1));
+                for (const sign of [-1, 1]) {
+                    const barb = tip.clone().addScaledVector(along, -BARB * this.size).addScaledVector(side, sign * BARB * this.size / 2);
+                    pairs.push([tip.toArray(), barb.toArray()]);
+                }
+            }
+        }
+        return pairs;
+    }
+
+    /** Shows rays, each { points, colour, isFaint }, in place of those before; those with `times` have arrows. */
     setRays(rays) {
         for (const child of this.rays.children) {
             child.geometry.dispose();
@@ -218,12 +313,19 @@ export class Stage {
         // Two objects at most, since each costs a call of its own to draw.
         for (const isFaint of [false, true]) {
             const alike = rays.filter((ray) => Boolean(ray.isFaint) === isFaint && ray.points.length > 1);
-            if (alike.length > 0) this.rays.add(lines(alike, isFaint));
+            const barbs = alike.filter(({ times }) => times).flatMap((ray) => this.arrows(ray).map((points) => ({ points, colour: ray.colour })));
+            if (alike.length > 0) this.rays.add(lines([...alike, ...barbs], isFaint));
         }
         this.draw();
     }
 
     key(event) {
+        if (event.key === 'o' || event.key === 'O') {
+            const named = this.objects.children.filter(({ name }) => name);
+            const step = event.key === 'o' ? 1 : -1;
+            if (named.length > 0) this.name(named[(named.indexOf(this.named) + step + named.length + (this.named ? 0 : step < 0 ? 1 : 0)) % named.length]);
+            return;
+        }
         const turn = 0.1;
         const turns = { ArrowLeft: [-turn, 0], ArrowRight: [turn, 0], ArrowUp: [0, -turn], ArrowDown: [0, turn] };
         const offset = this.camera.position.clone().sub(this.controls.target);

@@ -34,8 +34,13 @@ export function set(changes) {
     if (!isChanged) return;
     // Browsers limit how often an address may change.
     clearTimeout(timer);
-    timer = setTimeout(() => history.replaceState(null, '', `#${values}`), 150);
+    timer = setTimeout(keepInAddress, 150);
     listeners.forEach((listener) => listener());
+}
+
+function keepInAddress() {
+    // The frame of a notebook has no address of its own.
+    if (location.protocol !== 'about:') history.replaceState(null, '', `#${values}`);
 }
 
 /** Keeps only these parameters. */

@@ -11,6 +11,7 @@ mod source;
 
 pub use item::{Item, ItemOptions, OpenError};
 pub use live::{Live, LiveProgress};
+pub use page::{Page, PageResponse};
 
 use server::{Guard, Server};
 use std::io;
@@ -38,7 +39,7 @@ impl Default for ViewOptions {
     }
 }
 
-/// Page that is served until this object is dropped.
+/// HTTP server of a page, which runs until this object is dropped.
 #[derive(Debug)]
 pub struct ViewServer {
     server: Server,
@@ -46,21 +47,17 @@ pub struct ViewServer {
 }
 
 impl ViewServer {
-    /// Serves a page that shows some items.
+    /// Serves a page.
     ///
     /// # Errors
     ///
     /// An unavailable address, or a system without random numbers.
-    pub fn start(items: Vec<Item>, options: &ViewOptions) -> io::Result<Self> {
+    pub fn start(page: Arc<Page>, options: &ViewOptions) -> io::Result<Self> {
         let listener = TcpListener::bind(SocketAddr::new(options.listen, options.port))?;
         let guard = Guard::new(options.listen.is_loopback())?;
         let token = guard.token().to_owned();
         let policy = page::policy(options.may_be_framed);
-        let api = api::Api::new(items);
-        let answer = move |request: &server::Request, path: &str| match page::asset(path) {
-            Some(asset) => asset,
-            None => api.answer(request, path),
-        };
+        let answer = move |request: &server::Request, path: &str| page.answer(request, path);
         let server = Server::start(listener, guard, policy, Arc::new(answer))?;
         Ok(ViewServer { server, token })
     }

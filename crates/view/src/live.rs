@@ -24,7 +24,6 @@ const CHECK_INTERVAL: Duration = Duration::from_millis(50);
 
 /// Render that pages watch.
 pub struct Live {
-    channels: Vec<String>,
     /// Function that ends the render.
     stop: Box<dyn Fn() + Send + Sync>,
     state: Mutex<State>,
@@ -65,17 +64,16 @@ pub struct LiveProgress {
 impl fmt::Debug for Live {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         f.debug_struct("Live")
-            .field("channels", &self.channels)
+            .field("is_paused", &self.is_paused)
             .finish_non_exhaustive()
     }
 }
 
 impl Live {
-    /// Makes the state of a render whose film has these channels; `stop` requests its end.
-    pub fn new(channels: Vec<String>, stop: impl Fn() + Send + Sync + 'static) -> Self {
+    /// Makes the state of a render before its first sample; `stop` requests its end.
+    pub fn new(stop: impl Fn() + Send + Sync + 'static) -> Self {
         let now = Instant::now();
         Live {
-            channels,
             stop: Box::new(stop),
             state: Mutex::new(State {
                 picture: None,
@@ -94,9 +92,9 @@ impl Live {
         }
     }
 
-    /// Records the progress of the render, and makes a picture of its film, unless no page requests
-    /// one or the last is too recent.
-    pub fn update(&self, film: &Film, progress: LiveProgress) {
+    /// Records the progress of the render, and makes a picture of its film with these channels,
+    /// unless no page requests one or the last is too recent.
+    pub fn update(&self, film: &Film, channels: &[String], progress: LiveProgress) {
         let now = Instant::now();
         {
             let mut state = self.state();
@@ -106,18 +104,18 @@ impl Live {
             }
         }
         // Release the lock first, so that pages get responses while the picture is made.
-        self.show(film);
+        self.show(film, channels);
         self.state().next = now + MIN_INTERVAL.max(MIN_INTERVAL_RATIO * now.elapsed());
     }
 
     /// Makes the picture of a finished render's film.
-    pub fn finish(&self, film: &Film) {
-        self.show(film);
+    pub fn finish(&self, film: &Film, channels: &[String]) {
+        self.show(film, channels);
         self.state().ended = Some(Instant::now());
     }
 
-    fn show(&self, film: &Film) {
-        let picture = Arc::new(Picture::of_film(film, &self.channels));
+    fn show(&self, film: &Film, channels: &[String]) {
+        let picture = Arc::new(Picture::of_film(film, channels));
         let (mean, error) = film.summary();
         let mut state = self.state();
         state.picture = Some(picture);
@@ -221,37 +219,38 @@ mod tests {
 
     #[test]
     fn pictures_are_made_when_somebody_looks() {
-        let live = Live::new(vec!["Y".into()], || {});
+        let live = Live::new(|| {});
+        let channels = ["Y".to_owned()];
         let progress = LiveProgress {
             done: 1.0,
             total: Some(4.0),
             time: None,
         };
-        live.update(&film(1.0), progress);
+        live.update(&film(1.0), &channels, progress);
         assert_eq!(live.picture().unwrap().plane("", "Y").unwrap()[0], 1.0);
         std::thread::sleep(MIN_INTERVAL);
         // Expect no new picture: no page has requested one.
-        live.update(&film(2.0), progress);
+        live.update(&film(2.0), &channels, progress);
         assert_eq!(live.picture().unwrap().plane("", "Y").unwrap()[0], 1.0);
         let status = live.status();
         assert_eq!(
             (&status["version"], &status["fraction"]),
             (&json!(1), &json!(0.25))
         );
-        live.update(&film(3.0), progress);
+        live.update(&film(3.0), &channels, progress);
         assert_eq!(live.picture().unwrap().plane("", "Y").unwrap()[1], 3.0);
         // Expect no new picture so soon, but one at the end.
         live.status();
-        live.update(&film(4.0), progress);
+        live.update(&film(4.0), &channels, progress);
         assert_eq!(live.status()["version"], 2);
-        live.finish(&film(5.0));
+        live.finish(&film(5.0), &channels);
         assert_eq!(live.picture().unwrap().plane("", "Y").unwrap()[1], 5.0);
         assert_eq!(live.status()["ended"], true);
     }
 
     #[test]
     fn a_pause_ends_when_the_page_goes_on_or_is_gone() {
-        let live = Live::new(vec!["Y".into()], || {});
+        let live = Live::new(|| {});
         live.pause(|| false);
         assert!(live.command("pause") && !live.command("shout"));
         // Return at once: no page has ever sent a request.

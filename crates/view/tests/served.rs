@@ -5,7 +5,7 @@ use io::image::{ImageLayers, Layer};
 use std::io::{Read, Write};
 use std::net::{Shutdown, SocketAddr, TcpStream};
 use std::time::{Duration, Instant};
-use view::{Item, ItemOptions, ViewOptions, ViewServer};
+use view::{Item, ItemOptions, Page, ViewOptions, ViewServer};
 
 /// Longest duration in these tests; no limit of the server exceeds it.
 const TIME_LIMIT: Duration = Duration::from_secs(15);
@@ -27,7 +27,7 @@ fn image(width: usize, value: f32) -> ImageLayers {
 }
 
 fn serve(items: Vec<Item>) -> ViewServer {
-    ViewServer::start(items, &ViewOptions::default()).unwrap()
+    ViewServer::start(Page::new(items).into(), &ViewOptions::default()).unwrap()
 }
 
 fn one_image() -> ViewServer {

@@ -153,4 +153,7 @@ pub struct LiveArgs {
     /// remains until it is closed.
     #[arg(long, conflicts_with_all = ["frames", "shard"])]
     pub view: bool,
+    /// Open the page of --view in the browser.
+    #[arg(long, requires = "view", hide_short_help = true)]
+    pub open: bool,
 }

@@ -28,6 +28,9 @@ pub struct ViewArgs {
     /// the page's address can see the files. Connections are not encrypted.
     #[arg(long, value_name = "IP", default_value_t = Ipv4Addr::LOCALHOST.into())]
     pub listen: IpAddr,
+    /// Open the page in the browser.
+    #[arg(long)]
+    pub open: bool,
     #[command(flatten)]
     pub memory: MemoryArgs,
 }

@@ -35,6 +35,7 @@ pub fn render_once(
     let pool = pool(args.machines.threads)?;
     let job = Job::of(args);
     let limits = args.scene.memory.limits();
+    let watched = watched(args, interrupt)?;
     let loaded = job.load_in_time(limits, &time, interrupt)?;
     let shard = shard(args, &loaded)?;
     let driver = Driver {
@@ -94,7 +95,6 @@ pub fn render_once(
     let kept = kept.map(|kept| kept.keep(header, &run)).transpose()?;
     let (mut keeper, body) = kept.unzip();
     let mut preview = preview(args, &loaded)?;
-    let watched = watched(args, &loaded, interrupt)?;
     let mut body = body.flatten().map_or_else(|| run.start(), Ok)?;
     // The choice of the integrator counts towards the time, too.
     let goal = progress_goal(&run, &body, time.left());
@@ -104,7 +104,7 @@ pub fn render_once(
                 preview.update(film);
             }
             if let (Some(watched), Some(film)) = (&watched, body.film()) {
-                watched.update(film, live_progress(body, &goal));
+                watched.update(film, &loaded.channel_names, live_progress(body, &goal));
             }
             if let Some(keeper) = &mut keeper {
                 keeper.update(body);
@@ -137,7 +137,7 @@ pub fn render_once(
         say(&format!("{}{text}\n{wrote}", name(shard)))?;
     }
     if let (Some(watched), Outcome::Picture(rendering)) = (watched, &outcome) {
-        watched.finish(&rendering.film);
+        watched.finish(&rendering.film, &loaded.channel_names);
     }
     Ok(match stopped {
         Some(Stopped::Interrupted) => interrupt.status(),
@@ -184,13 +184,9 @@ fn preview(args: &RenderArgs, loaded: &Loaded) -> Result<Option<Preview>, Comman
 }
 
 /// Opens the page that shows the render, if requested.
-fn watched(
-    args: &RenderArgs,
-    loaded: &Loaded,
-    interrupt: &Interrupt,
-) -> Result<Option<Watched>, CommandError> {
+fn watched(args: &RenderArgs, interrupt: &Interrupt) -> Result<Option<Watched>, CommandError> {
     let name = load::file_name(&args.scene.path);
-    let open = || Watched::open(name, loaded.channel_names.clone(), interrupt);
+    let open = || Watched::open(name, args.live.open, interrupt);
     args.live.view.then(open).transpose()
 }
 

@@ -1,13 +1,14 @@
 //! `morgana view`.
 
 use crate::args::ViewArgs;
+use crate::browser;
 use crate::command_error::{CommandError, warn};
 use crate::interrupt::Interrupt;
 use crate::load::check_defines;
 use crate::output::say;
 use std::process::ExitCode;
 use std::time::Duration;
-use view::{Item, ItemOptions, OpenError, ViewOptions, ViewServer};
+use view::{Item, ItemOptions, OpenError, Page, ViewOptions, ViewServer};
 
 /// Time between checks for a request to end.
 const CHECK_INTERVAL: Duration = Duration::from_millis(100);
@@ -33,7 +34,7 @@ pub fn view(args: &ViewArgs) -> Result<ExitCode, CommandError> {
         port: args.port,
         ..ViewOptions::default()
     };
-    let server = ViewServer::start(items, &options).map_err(|e| {
+    let server = ViewServer::start(Page::new(items).into(), &options).map_err(|e| {
         CommandError::Usage(format!(
             "cannot listen at {} port {}: {e}; choose another --port (0 for any free one) or --listen",
             args.listen, args.port
@@ -43,6 +44,9 @@ pub fn view(args: &ViewArgs) -> Result<ExitCode, CommandError> {
         warn("anyone who can reach this machine and knows the address below can see the files");
     }
     say(&format!("{} (Ctrl-C ends)", server.address()))?;
+    if args.open {
+        browser::open(&server.address());
+    }
     while !interrupt.requested() {
         std::thread::sleep(CHECK_INTERVAL);
     }

@@ -209,6 +209,45 @@ fn a_page_pauses_and_stops_a_render() {
     assert!(ImageLayers::read(&folder.path("a.exr")).is_ok());
 }
 
+/// `--open` starts the browser that the environment names, with the printed address.
+#[cfg(target_os = "linux")]
+#[test]
+fn the_page_opens_in_the_browser() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = Folder::with_lens();
+    let browser = folder.path("xdg-open");
+    let seen = folder.path("seen");
+    let script = format!("#!/bin/sh\necho \"$@\" > {}\n", seen.display());
+    std::fs::write(&browser, script).unwrap();
+    std::fs::set_permissions(&browser, PermissionsExt::from_mode(0o755)).unwrap();
+    let path = format!(
+        "{}:{}",
+        folder.path(".").display(),
+        std::env::var("PATH").unwrap()
+    );
+    let mut program = Command::new(program())
+        .current_dir(folder.path("."))
+        .args(["view", "scene.xml", "--open"])
+        .env("PATH", path)
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut line = String::new();
+    let mut output = BufReader::new(program.stdout.take().unwrap());
+    output.read_line(&mut line).unwrap();
+    let started = Instant::now();
+    let opened = loop {
+        match std::fs::read_to_string(&seen) {
+            Ok(text) if !text.is_empty() => break text,
+            _ => assert!(started.elapsed() < TIME_LIMIT),
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    };
+    program.kill().unwrap();
+    program.wait().unwrap();
+    assert_eq!(line.split_whitespace().next(), Some(opened.trim()));
+}
+
 #[test]
 fn files_that_cannot_be_shown_are_refused() {
     let folder = Folder::with_fog();

@@ -6,14 +6,24 @@ use io::arrays::{Array, Arrays};
 use serde_json::{Value, json};
 use std::ops::Range;
 
-/// Describes names, axes and units, without the values.
+/// Number of elements, evenly spread, from which quantiles are determined.
+const SAMPLED: usize = 100_000;
+/// Quantiles between which nearly all elements lie.
+const NEARLY_ALL: [f64; 2] = [0.002, 0.998];
+/// Quantile of the positive elements from which a logarithmic scale begins.
+const DARK: f64 = 0.01;
+
+/// Describes names, axes with their edges and units, without the values.
 pub(super) fn describe(arrays: &Arrays) -> Value {
     let array = |array: &Array| {
+        let edges = array.axes.iter().map(|axis| arrays.edges(array, axis));
         json!({
             "name": array.name,
             "axes": array.axes,
             "shape": array.shape,
             "unit": array.unit,
+            "has_edges": edges.map(|edges| edges.is_some()).collect::<Vec<_>>(),
+            "metres_per_unit": arrays.metres_per_unit(array),
         })
     };
     let attributes = arrays
@@ -27,13 +37,66 @@ pub(super) fn describe(arrays: &Arrays) -> Value {
     })
 }
 
+fn named<'a>(arrays: &'a Arrays, request: &Request) -> Result<&'a Array, Failure> {
+    let name = request.parameter("name");
+    let array = arrays.list.iter().find(|array| array.name == name);
+    array.ok_or_else(|| not_found("array"))
+}
+
+/// Responds with the edges of the bins of array `name` along `axis`.
+pub(super) fn edges(arrays: &Arrays, request: &Request) -> Result<Response, Failure> {
+    let array = named(arrays, request)?;
+    let edges = arrays.edges(array, request.parameter("axis"));
+    let edges = edges.ok_or_else(|| not_found("edges"))?;
+    Ok(super::json_response(&json!(edges)))
+}
+
+/// Responds with the range of array `name`: the indices of its largest element, the smallest and the
+/// largest value, limits of nearly all values, and limits and median of the positive ones. Values
+/// that are not finite do not count; all are null if none is finite.
+pub(super) fn range(arrays: &Arrays, request: &Request) -> Result<Response, Failure> {
+    let array = named(arrays, request)?;
+    let finite = || array.data.iter().enumerate().filter(|(_, v)| v.is_finite());
+    let peak = finite().max_by(|a, b| a.1.total_cmp(b.1));
+    let least = finite().map(|(_, v)| *v).min_by(f64::total_cmp);
+    let step = array.data.len().div_ceil(SAMPLED).max(1);
+    let some = |is_wanted: fn(f64) -> bool| {
+        let some = array.data.iter().step_by(step).copied();
+        let mut some: Vec<f64> = some.filter(|v| v.is_finite() && is_wanted(*v)).collect();
+        some.sort_by(f64::total_cmp);
+        some
+    };
+    let (all, positive) = (some(|_| true), some(|v| v > 0.0));
+    let lit = [DARK, 0.5].map(|share| quantile(&positive, share));
+    Ok(super::json_response(&json!({
+        "peak": peak.map(|(i, _)| indices(i, &array.shape)),
+        "least": least,
+        "most": peak.map(|(_, v)| v),
+        "nearly_all": NEARLY_ALL.map(|share| quantile(&all, share)),
+        "positive": lit,
+    })))
+}
+
+/// Returns the indices of an element along all axes.
+fn indices(element: usize, shape: &[usize]) -> Vec<usize> {
+    let mut rest = element;
+    let mut indices = vec![0; shape.len()];
+    for (index, length) in indices.iter_mut().zip(shape).rev() {
+        (*index, rest) = (rest % length, rest / length);
+    }
+    indices
+}
+
+fn quantile(sorted: &[f64], share: f64) -> Option<f64> {
+    let last = sorted.len().checked_sub(1)?;
+    Some(sorted[(share * last as f64).round() as usize])
+}
+
 /// Responds with a part of the array `name`. `part` has a selector for each axis, separated by
 /// commas: the number of an element, `*` for all elements, or `sum` for their sum. Values are
 /// ordered along the axes with `*`, the last one fastest.
 pub(super) fn answer(arrays: &Arrays, request: &Request) -> Result<Response, Failure> {
-    let name = request.parameter("name");
-    let array = arrays.list.iter().find(|array| array.name == name);
-    let array = array.ok_or_else(|| not_found("array"))?;
+    let array = named(arrays, request)?;
     let part = request.parameter("part");
     let selectors: Vec<&str> = match part {
         "" => Vec::new(),
@@ -122,6 +185,13 @@ mod tests {
         );
         assert_eq!(selected(&["0", "sum", "*"]), [12.0, 15.0, 18.0, 21.0]);
         assert_eq!(selected(&["sum", "sum", "sum"]), [276.0]);
+    }
+
+    #[test]
+    fn indices_run_fastest_along_the_last_axis() {
+        assert_eq!(indices(23, &[2, 3, 4]), [1, 2, 3]);
+        assert_eq!(indices(5, &[2, 3, 4]), [0, 1, 1]);
+        assert!(indices(0, &[]).is_empty());
     }
 
     #[test]

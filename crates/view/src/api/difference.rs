@@ -68,7 +68,7 @@ impl Differences {
 impl Question {
     fn answer(&self) -> Result<Answer, Failure> {
         let image = |i: usize| self.pictures[i].focused(&self.layers[i]).map_err(bad);
-        let [a, b] = [image(0)?, image(1)?];
+        let [a, b] = overlapping([image(0)?, image(1)?]);
         match self.kind.as_str() {
             "z" => {
                 let unknown = || bad("standard errors are unknown: both images need variances");
@@ -85,6 +85,30 @@ impl Question {
             kind => Err(bad(format!("'{kind}' is no difference: z or flip"))),
         }
     }
+}
+
+/// Returns the parts of two images that overlap if their top left corners do.
+fn overlapping(images: [ImageLayers; 2]) -> [ImageLayers; 2] {
+    let [a, b] = &images;
+    let size = [a.width.min(b.width), a.height.min(b.height)];
+    images.map(|image| cropped(image, size))
+}
+
+/// Returns the part of an image at its top left.
+fn cropped(mut image: ImageLayers, [width, height]: [usize; 2]) -> ImageLayers {
+    if [image.width, image.height] == [width, height] {
+        return image;
+    }
+    let channels = image
+        .layers
+        .iter_mut()
+        .flat_map(|layer| &mut layer.channels);
+    for (_, values) in channels {
+        let rows = values.chunks(image.width.max(1)).take(height);
+        *values = rows.flat_map(|row| &row[..width]).copied().collect();
+    }
+    (image.width, image.height) = (width, height);
+    image
 }
 
 /// Returns an image for a screen, before clipping of bright values.

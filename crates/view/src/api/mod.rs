@@ -8,7 +8,9 @@ mod scene;
 use crate::item::{Content, Item};
 use crate::server::{Method, Request, Response, Status};
 use difference::Differences;
+use io::arrays::Arrays;
 use io::image::exr;
+use io::image::white::White;
 use serde_json::{Value, json};
 use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard};
 
@@ -58,12 +60,13 @@ impl Api {
         }
     }
 
-    /// Responds to a request for `api/items`, `api/difference`, or `api/NUMBER/WHAT`.
+    /// Responds to a request for `api/items`, `api/difference`, `api/white`, or `api/NUMBER/WHAT`.
     pub(crate) fn answer(&self, request: &Request, path: &str) -> Response {
         let path: Vec<&str> = path.split('/').collect();
         let answered = match (request.method, &path[..]) {
             (Method::Get, ["api", "items"]) => Ok(json_response(&self.list())),
             (Method::Get, ["api", "difference"]) => self.difference(request),
+            (Method::Get, ["api", "white"]) => white(request),
             (method, ["api", number, what]) => match self.item(number) {
                 Ok(item) if method == Method::Get => get(&item, what, request),
                 Ok(item) => post(&item, what, &request.body),
@@ -100,6 +103,12 @@ impl Api {
         self.differences
             .answer([picture("a")?, picture("b")?], request)
     }
+}
+
+/// Responds with the factors of red, green and blue for the white `of`.
+fn white(request: &Request) -> Result<Response, Failure> {
+    let white: White = request.parameter("of").parse().map_err(bad)?;
+    Ok(json_response(&json!(white.gains())))
 }
 
 fn read(shown: &RwLock<Shown>) -> RwLockReadGuard<'_, Shown> {
@@ -163,10 +172,20 @@ fn get(item: &Item, what: &str, request: &Request) -> Result<Response, Failure> 
             Ok(Response::text("image/x-exr", bytes))
         }
         ("status", Content::Live(live)) => Ok(json_response(&live.status())),
-        ("array", Content::Arrays(arrays)) => arrays::answer(arrays, request),
-        ("array", Content::Array(array)) => arrays::answer(&array.arrays, request),
+        ("array" | "edges" | "range", Content::Arrays(arrays)) => part(arrays, what, request),
+        ("array" | "edges" | "range", Content::Array(array)) => part(&array.arrays, what, request),
+        ("index", Content::Scene(loaded)) => scene::index(loaded, request.parameter("medium")),
         ("mesh", Content::Scene(loaded)) => scene::mesh(loaded, request.parameter("object")),
         _ => Err(not_found(what)),
+    }
+}
+
+/// Responds with values, edges or the range of an array.
+fn part(arrays: &Arrays, what: &str, request: &Request) -> Result<Response, Failure> {
+    match what {
+        "edges" => arrays::edges(arrays, request),
+        "range" => arrays::range(arrays, request),
+        _ => arrays::answer(arrays, request),
     }
 }
 

@@ -95,6 +95,7 @@ fn describe(loaded: &Loaded, path: &Path) -> Value {
         "arc_length": last.map(|p| p.arc_length),
         "optical_length": last.map(|p| p.optical_length),
         "points": path.points.iter().map(|p| p.x.to_array()).collect::<Vec<_>>(),
+        "optical_lengths": path.points.iter().map(|p| p.optical_length).collect::<Vec<_>>(),
         "index": path.points.iter().map(|p| p.index).collect::<Vec<_>>(),
     })
 }

@@ -15,6 +15,9 @@ use transport::shape::Shape;
 /// Number of triangles above which a shape is shown as its box.
 const MAX_TRIANGLES: usize = 2_000_000;
 
+/// Number of points along each side of a plane in which the page looks up an index.
+const INDEX_POINTS: usize = 96;
+
 /// Describes everything except the triangles of the surfaces.
 pub(super) fn describe(loaded: &Loaded) -> Value {
     let scene = loaded.scene();
@@ -29,6 +32,7 @@ pub(super) fn describe(loaded: &Loaded) -> Value {
             "name": medium.name,
             "ambient": i == AMBIENT,
             "graded": !medium.index.is_constant(),
+            "region": region(scene, i).map(|aabb| [aabb.min, aabb.max].map(|x| x.to_array())),
             "scatters": !medium.is_transparent(),
         })).collect::<Vec<_>>(),
         "emitters": (0..scene.emitters().len()).map(|i| about_emitter(loaded, i)).collect::<Vec<_>>(),
@@ -37,6 +41,41 @@ pub(super) fn describe(loaded: &Loaded) -> Value {
         "bounds": (bounds.min.cmple(bounds.max).all()).then(|| [bounds.min, bounds.max].map(|x| x.to_array())),
         "warnings": warnings(loaded),
     })
+}
+
+/// Returns a box around a medium; `None` for a medium that fills nothing.
+fn region(scene: &Scene, medium: usize) -> Option<Aabb> {
+    let aabb = scene.regions().get(medium)?.aabb;
+    let is_finite = aabb.min.is_finite() && aabb.max.is_finite();
+    (is_finite && aabb.min.cmplt(aabb.max).all()).then_some(aabb)
+}
+
+/// Returns the index of a medium in three planes through the middle of its region, across x, y and
+/// z. Each has 96 × 96 points in the middles of equal cells: for x, along y and then z; for y, along
+/// z and then x; for z, along x and then y. NaN stands for points outside the medium.
+pub(super) fn index(loaded: &Loaded, medium: &str) -> Result<Response, Failure> {
+    let scene = loaded.scene();
+    let medium = medium.parse().ok().filter(|i| *i < scene.media().len());
+    let medium = medium.ok_or_else(|| not_found("medium"))?;
+    let aabb = region(scene, medium).ok_or_else(|| not_found("region of the medium"))?;
+    let size = aabb.max - aabb.min;
+    let mut values = Vec::with_capacity(3 * INDEX_POINTS * INDEX_POINTS);
+    for axis in 0..3 {
+        let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
+        for (j, i) in (0..INDEX_POINTS).flat_map(|j| (0..INDEX_POINTS).map(move |i| (j, i))) {
+            let mut x = aabb.center();
+            for (along, k) in [(u, i), (v, j)] {
+                x[along] = aabb.min[along] + size[along] * (k as f64 + 0.5) / INDEX_POINTS as f64;
+            }
+            let is_inside = scene.medium_at(x) == medium;
+            values.push(if is_inside {
+                scene.n(medium, x) as f32
+            } else {
+                f32::NAN
+            });
+        }
+    }
+    Ok(Response::floats(values))
 }
 
 fn warnings(loaded: &Loaded) -> Vec<String> {

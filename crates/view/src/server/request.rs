@@ -34,6 +34,34 @@ pub(crate) struct Request {
 }
 
 impl Request {
+    /// Makes a request of this process from its target, a path with a query string.
+    pub(crate) fn local(method: &str, target: &str, body: Vec<u8>) -> Result<Self, Status> {
+        if body.len() > MAX_BODY_SIZE {
+            return Err(Status::BodyTooLarge);
+        }
+        let mut request = Self::new(method, target)?;
+        request.body = body;
+        Ok(request)
+    }
+
+    /// Makes a request without headers and body.
+    fn new(method: &str, target: &str) -> Result<Self, Status> {
+        let method = match method {
+            "GET" => Method::Get,
+            "POST" => Method::Post,
+            _ => return Err(Status::BadMethod),
+        };
+        let (path, query) = target.split_once('?').unwrap_or((target, ""));
+        Ok(Request {
+            method,
+            path: path.to_owned(),
+            query: parameters(query)?,
+            host: None,
+            origin: None,
+            body: Vec::new(),
+        })
+    }
+
     /// Reads a request, which must arrive before the deadline.
     pub(super) fn receive(stream: &TcpStream, deadline: Instant) -> Result<Self, Status> {
         let mut bytes = Vec::new();
@@ -95,22 +123,14 @@ fn parse(bytes: &[u8]) -> Result<Option<(Request, usize, usize)>, Status> {
         Err(httparse::Error::TooManyHeaders) => return Err(Status::HeadTooLarge),
         Err(_) => return Err(Status::BadRequest),
     };
-    let method = match parsed.method {
-        Some("GET") => Method::Get,
-        Some("POST") => Method::Post,
-        _ => return Err(Status::BadMethod),
-    };
+    let (method, target) = (
+        parsed.method.unwrap_or_default(),
+        parsed.path.unwrap_or_default(),
+    );
+    let mut request = Request::new(method, target)?;
     let length = length(parsed.headers)?;
-    let target = parsed.path.unwrap_or_default();
-    let (path, query) = target.split_once('?').unwrap_or((target, ""));
-    let request = Request {
-        method,
-        path: path.to_owned(),
-        query: parameters(query)?,
-        host: only(parsed.headers, "host")?,
-        origin: only(parsed.headers, "origin")?,
-        body: Vec::new(),
-    };
+    request.host = only(parsed.headers, "host")?;
+    request.origin = only(parsed.headers, "origin")?;
     Ok(Some((request, head, length)))
 }
 

@@ -31,6 +31,12 @@ pub(crate) enum Status {
 }
 
 impl Status {
+    /// Returns the number of the status, with which its line begins.
+    pub(crate) fn code(self) -> u16 {
+        let digits = self.line().bytes().take_while(u8::is_ascii_digit);
+        digits.fold(0, |code, digit| 10 * code + u16::from(digit - b'0'))
+    }
+
     fn line(self) -> &'static str {
         match self {
             Status::Ok => "200 OK",
@@ -139,6 +145,16 @@ impl Response {
 }
 
 impl Body {
+    /// Returns the bytes that are sent.
+    pub(crate) fn into_bytes(self) -> Vec<u8> {
+        if let Body::Bytes(bytes) = self {
+            return bytes.into_owned();
+        }
+        let mut bytes = Vec::new();
+        self.write(&mut bytes).expect("memory takes all bytes");
+        bytes
+    }
+
     fn write(&self, out: &mut impl Write) -> io::Result<()> {
         match self {
             Body::Bytes(bytes) => out.write_all(bytes),
