@@ -23,10 +23,10 @@ Shown = Union[str, "os.PathLike[str]", Result, Image]
 class View:
     """A page that shows images, readings and scenes: the result of :func:`morgana.view`.
 
-    A notebook shows the page in the output of a cell. With the package ``anywidget``, the page asks
-    the kernel, so that it works wherever the kernel runs: JupyterLab, VS Code, Colab and marimo.
-    Without the package, the notebook shows ``address`` in a frame, and the kernel must run on the
-    machine of the browser.
+    A notebook shows the page in the output of a cell. With the package ``anywidget``, the page sends
+    its requests to the kernel, so that the kernel may run on another machine (tried in JupyterLab and
+    marimo). Without the package, the notebook shows ``address`` in a frame, and the kernel must run
+    on the machine of the browser.
     """
 
     def __init__(self, viewer: _morgana.Viewer, height: int) -> None:
