@@ -19,7 +19,7 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 TARGET = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resolve()
-INTEGRATORS = ("path", "particle", "bdpt", "vcm", "photon", "sppm")
+INTEGRATORS = ("path", "particle", "bdpt", "vcm", "photon", "sppm", "preview")
 # Options of the render of a scene, and the type of its file.
 PICTURE = (("-D", "width=24", "-D", "height=18", "--spp", "2"), "npy")
 METERS = (("-D", "particles=2000"), "npz")

@@ -322,6 +322,42 @@ def test_keys_and_white(page, serve, images):
     until(page, "document.title.startsWith('seed1')")
 
 
+def colours(page, selector):
+    """Returns the number of different colours of a canvas."""
+    code = """selector => {
+        const canvas = document.querySelector(selector);
+        const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+        return new Set(Array.from({ length: data.length / 4 }, (_, i) => data.slice(4 * i, 4 * i + 3).join())).size;
+    }"""
+    return page.evaluate(code, selector)
+
+
+def test_scenes_are_seen_at_once_and_from_everywhere(page, serve):
+    """The film shows a preview, coarse and then finer; so does the view that one turns."""
+    open_page(page, serve("view", SCENES / "luneburg_fog.xml"))
+    until(page, "document.body.dataset.picture")
+    until(page, "JSON.parse(document.body.dataset.picture).scale < 8")
+    assert colours(page, "canvas.film") > 50
+    del_picture = "delete document.body.dataset.picture"
+    page.evaluate(del_picture)
+    control(page, "picture").check()
+    until(page, "document.body.dataset.picture")
+    assert colours(page, "canvas.picture") > 50
+    # Another view gives another picture.
+    copy = "document.querySelector('canvas.picture').toDataURL()"
+    before = page.evaluate(copy)
+    page.evaluate(del_picture)
+    page.mouse.move(450, 400)
+    page.mouse.down()
+    page.mouse.move(550, 420, steps=4)
+    page.mouse.up()
+    until(page, "document.body.dataset.picture")
+    assert page.evaluate(copy) != before
+    picture(page, "preview")
+    control(page, "picture").uncheck()
+    until(page, "document.querySelector('canvas.picture').hidden")
+
+
 def test_objects_have_names_and_the_scene_a_scale(page, serve):
     open_page(page, serve("view", SCENES / "luneburg_fog.xml"))
     names = page.evaluate("window.viewer.page().about.objects.map(({ name }, i) => name || `object ${i}`)")

@@ -206,7 +206,7 @@ impl Scene {
 
     /// Name of the integrator, a str.
     ///
-    /// It is ``auto``, ``path``, ``particle``, ``bdpt``, ``vcm``, ``photon``, ``sppm`` or ``aov``.
+    /// It is ``auto``, ``path``, ``particle``, ``bdpt``, ``vcm``, ``photon``, ``sppm``, ``preview`` or ``aov``.
     #[getter]
     fn integrator(&self) -> &'static str {
         self.loaded.integrator()

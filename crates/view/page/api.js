@@ -50,6 +50,12 @@ export async function post(path, body) {
     return (await request(path, { method: 'POST', headers, body: JSON.stringify(body) })).json();
 }
 
+/** The answer to a command, as numbers. */
+export async function postFloats(path, body) {
+    const headers = { 'Content-Type': 'application/json' };
+    return new Float32Array(await (await request(path, { method: 'POST', headers, body: JSON.stringify(body) })).arrayBuffer());
+}
+
 /** The answer as bytes. */
 export async function bytes(path) {
     return (await request(path)).arrayBuffer();

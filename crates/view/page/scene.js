@@ -7,6 +7,7 @@ import { toneCurve } from './colour.js';
 import { counted, plain } from './format.js';
 import { roundBelow } from './axes.js';
 import { isolines } from './isolines.js';
+import { Preview, fill } from './preview.js';
 
 const KEYS = [['camera', '#7ddc7d', 'what the camera sees'], ['emitter', '#ffe08a', 'emitter'], ['opaque', '#8f98a6', 'surface'], ['graded', '#4f9dff', 'medium with a varying index'], ['scattering', '#e0a050', 'medium that scatters'], ['clear', '#86c5da', 'clear medium']];
 const TRACED = 0xffd166;
@@ -33,6 +34,7 @@ export class ScenePage {
         stage.append(this.surface, this.rays);
         this.parts = element('div');
         side.append(this.controls, this.parts);
+        this.picture = new Preview(index, (picture, about) => this.showPicture(picture, about), (message) => say(message, true));
         this.fill();
         this.list();
         this.ready = this.build();
@@ -56,7 +58,13 @@ export class ScenePage {
             // Values of rays are told all the same.
             this.surface.append(element('p', { class: 'warning' }, `The scene cannot be drawn, because this browser does not offer WebGL 2 here (${error.message}). Rays are followed all the same: their lengths and ends are listed below. Another browser, or graphics acceleration in the settings of this one, shows the picture.`));
         }
-        if (this.stage) await this.draw();
+        if (this.stage) {
+            await this.draw();
+            this.canvas = element('canvas', { class: 'overlay picture', role: 'img', 'aria-label': 'Picture of this view', hidden: true });
+            this.surface.append(this.canvas);
+            this.stage.onMove = () => this.imagine();
+            new ResizeObserver(() => this.imagine()).observe(this.surface);
+        }
         this.isReady = true;
         await this.update();
         say([counted(objects.length, 'surface'), counted(this.about.media.length, 'medium', 'media'), counted(emitters.length, 'emitter')].join(', '));
@@ -117,8 +125,9 @@ export class ScenePage {
         const buttons = looks.map(([from, label]) => button(`From ${label}`.replace('From along', 'Along'), () => this.stage?.look(from)));
         if (sensor) buttons.push(button('As the camera', () => this.stage?.lookAs(sensor.rays, this.fieldOfView())));
         const parts = [element('h2', {}, 'View'), element('div', { class: 'buttons' }, ...buttons)];
+        parts.push(toggle('Picture of this view', 'picture'));
         if (this.about.media.some(({ graded, region }) => graded && region)) parts.push(toggle('Lines of equal index', 'isolines', true));
-        const hint = this.filmImage() < 0 ? [element('p', { class: 'note' }, 'Click in the film, or move through it by the arrow keys: the ray of that pixel is followed. An image of this size, opened together with the scene, is shown in it.')] : [];
+        const hint = this.filmImage() < 0 ? [element('p', { class: 'note' }, 'Click in the film, or move through it by the arrow keys: the ray of that pixel is followed. The film shows a preview; an image of this size, opened together with the scene, takes its place.')] : [];
         if (sensor) parts.push(element('h2', {}, 'Ray of a pixel'), this.film(), ...hint, text('Pixel', 'pixel', `x,y below ${film.join(',')}`));
         parts.push(element('h2', {}, 'Ray from a point'), text('From', 'from', 'x,y,z'), text('Direction', 'direction', 'x,y,z'));
         parts.push(element('h2', {}, 'Rays to a point'));
@@ -178,16 +187,16 @@ export class ScenePage {
         const [width, height] = this.about.film;
         const index = this.filmImage();
         const context = this.filmCanvas.getContext('2d');
-        if (index >= 0 && !this.picture) {
+        if (index >= 0 && !this.image) {
             const { about } = this.items[index];
             const { name: layer, channels } = about.layers.find(({ name }) => name === '') ?? about.layers[0];
             const names = ['R', 'G', 'B'].every((name) => channels.includes(name)) ? ['R', 'G', 'B'] : [channels[0], channels[0], channels[0]];
             const planes = await Promise.all(names.map((channel) => api.floats(api.query(`${index}/plane`, { layer, channel }))));
             const tone = toneCurve(about.exposure, 'srgb');
-            this.picture = context.createImageData(width, height);
-            for (let i = 0; i < width * height; i += 1) this.picture.data.set([tone(planes[0][i]), tone(planes[1][i]), tone(planes[2][i]), 255], 4 * i);
+            this.image = context.createImageData(width, height);
+            for (let i = 0; i < width * height; i += 1) this.image.data.set([tone(planes[0][i]), tone(planes[1][i]), tone(planes[2][i]), 255], 4 * i);
         }
-        if (this.picture) context.putImageData(this.picture, 0, 0);
+        if (this.image) fill(this.filmCanvas, this.image);
         else context.clearRect(0, 0, width, height);
         const pixel = state.numbers('pixel', 2);
         if (!pixel) return;
@@ -195,6 +204,33 @@ export class ScenePage {
         context.lineWidth = Math.max(width / 250, 1);
         context.strokeStyle = hex(TRACED);
         context.strokeRect(pixel[0] + 0.5 - size / 2, pixel[1] + 0.5 - size / 2, size, size);
+    }
+
+    /** Asks for a picture: of the view in three dimensions, or of the scene's camera, which the film shows. */
+    imagine() {
+        if (!this.isReady || this.isClosed) return;
+        const isOfView = this.stage && state.get('picture') === '1';
+        const { clientWidth, clientHeight } = this.surface;
+        const needsFilm = this.about.sensor && this.filmImage() < 0;
+        const wish = isOfView ? { camera: this.stage.eye(), size: [clientWidth, clientHeight] } : needsFilm ? { camera: null, size: this.about.film } : null;
+        if (this.canvas) this.canvas.hidden = !isOfView;
+        const key = JSON.stringify(wish);
+        if (key === this.wish) return;
+        this.wish = key;
+        if (wish) this.picture.want(wish.camera, wish.size);
+        else this.picture.stop();
+    }
+
+    showPicture(picture, about) {
+        if (this.canvas && !this.canvas.hidden) {
+            const ratio = window.devicePixelRatio || 1;
+            [this.canvas.width, this.canvas.height] = [this.surface.clientWidth * ratio, this.surface.clientHeight * ratio];
+            fill(this.canvas, picture);
+        } else {
+            this.image = picture;
+            this.develop();
+        }
+        document.body.dataset.picture = JSON.stringify(about);
     }
 
     list() {
@@ -239,6 +275,7 @@ export class ScenePage {
 
     async update() {
         if (this.filmCanvas) this.develop();
+        this.imagine();
         refresh(this.controls);
         this.stage?.setIsolines(state.get('isolines', '1') === '1');
         const questions = this.questions();
@@ -294,6 +331,7 @@ export class ScenePage {
 
     close() {
         this.isClosed = true;
+        this.picture.stop();
         this.stage?.close();
     }
 }

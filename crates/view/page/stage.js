@@ -64,7 +64,10 @@ export class Stage {
         this.scene.add(this.light);
         this.camera = new three.PerspectiveCamera(40, 1, 0.01, 1000);
         this.controls = new three.OrbitControls(this.camera, this.element);
-        this.controls.addEventListener('change', () => this.draw());
+        this.controls.addEventListener('change', () => {
+            this.draw();
+            this.onMove?.();
+        });
         this.controls.addEventListener('end', () => onView(this.view()));
         this.onView = onView;
         this.element.addEventListener('keydown', (event) => this.key(event));
@@ -197,6 +200,13 @@ export class Stage {
 
     view() {
         return [...this.camera.position, ...this.controls.target].map((v) => Number(v.toPrecision(6))).join(',');
+    }
+
+    /** The camera of the view, as previews take it. */
+    eye() {
+        const { position, up, fov, aspect } = this.camera;
+        const across = 2 * Math.atan(Math.tan(fov * Math.PI / 360) * aspect) * 180 / Math.PI;
+        return { from: [...position], to: [...this.controls.target], up: [...up], fov: across };
     }
 
     setView(numbers) {

@@ -37,6 +37,7 @@ const ASSETS: &[Asset] = assets![
     "live.js": SCRIPT,
     "measures.js": SCRIPT,
     "plots.js": SCRIPT,
+    "preview.js": SCRIPT,
     "quantities.js": SCRIPT,
     "scene.js": SCRIPT,
     "state.js": SCRIPT,

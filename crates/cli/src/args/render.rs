@@ -80,7 +80,7 @@ pub struct SamplingArgs {
     pub particles: Option<u64>,
     /// Estimator, such as auto, path, particle or bdpt.
     ///
-    /// Estimators: auto, path, particle, bdpt, vcm, photon, sppm. This option overrides the scene's.
+    /// Estimators: auto, path, particle, bdpt, vcm, photon, sppm, preview. This option overrides the scene's.
     /// Parameters that both estimators have keep the scene's values.
     #[arg(long, value_name = "NAME")]
     pub integrator: Option<String>,

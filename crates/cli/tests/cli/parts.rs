@@ -33,6 +33,7 @@ fn shards_are_the_whole() {
         ("bdpt", " --strategies"),
         ("vcm", ""),
         ("sppm", ""),
+        ("preview", ""),
     ] {
         let folder = fog();
         let with = |name: &str| match strategies {

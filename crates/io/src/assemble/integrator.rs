@@ -22,7 +22,7 @@ use transport::renderer::Renderer;
 pub(super) const AUTO: &str = "auto";
 /// Names by which scene files and command lines request an estimator. `path`, `volpath` and
 /// `volpathmis` are the same path tracer; `particle` and `ptracer` are the same particle tracer.
-const KNOWN: [(&str, Kind); 13] = [
+const KNOWN: [(&str, Kind); 14] = [
     (AUTO, Kind::Auto),
     ("path", Kind::Path),
     ("volpath", Kind::Path),
@@ -36,6 +36,7 @@ const KNOWN: [(&str, Kind); 13] = [
     ("depth", Kind::Depth),
     ("photon", Kind::Photon),
     ("sppm", Kind::Sppm),
+    ("preview", Kind::Preview),
 ];
 /// Parameters specific to `aov`: see [`RequestedQuantities::of`].
 const AOV: [&str; 3] = ["aovs", "wavelength", "reference_index"];
@@ -57,6 +58,8 @@ pub(super) enum Kind {
     Depth,
     Photon,
     Sppm,
+    /// Path tracing of light that scatters once, and photons for the rest.
+    Preview,
 }
 
 impl Kind {
@@ -157,6 +160,13 @@ impl Parameters {
                 rr_depth,
                 progressive: kind == Kind::Sppm,
                 ..self.photon
+            }),
+            Kind::Preview => Integrator::Photon(PhotonMapping {
+                max_depth,
+                rr_depth,
+                photons: self.photon.photons,
+                radius: self.photon.radius,
+                ..PhotonMapping::preview()
             }),
         })
     }
@@ -439,6 +449,11 @@ fn read(object: &ObjectDescription, kind: Kind, context: &mut Context) -> Parame
     }
     let photon = match kind {
         Kind::Photon | Kind::Sppm => photons(&mut query),
+        Kind::Preview => PhotonMapping {
+            photons: photon_count(&mut query),
+            radius: radius(&mut query),
+            ..default.photon
+        },
         Kind::Vcm => PhotonMapping {
             radius: radius(&mut query),
             ..default.photon
@@ -458,16 +473,22 @@ fn read(object: &ObjectDescription, kind: Kind, context: &mut Context) -> Parame
 
 /// Reads the parameters of photon mapping.
 fn photons(query: &mut Query) -> PhotonMapping {
-    let mut photon = PhotonMapping::default();
-    if query.has("photons") {
-        photon.photons = Some(query.integer("photons") as usize);
-    }
-    photon.radius = radius(query);
+    let mut photon = PhotonMapping {
+        photons: photon_count(query),
+        radius: radius(query),
+        ..PhotonMapping::default()
+    };
     photon.query = match query.word("query") {
         "point" => PhotonQuery::Point,
         _ => PhotonQuery::Beam,
     };
     photon
+}
+
+/// Returns the number of light subpaths of each map, if given.
+fn photon_count(query: &mut Query) -> Option<usize> {
+    let is_given = query.has("photons");
+    is_given.then(|| query.integer("photons") as usize)
 }
 
 /// Returns the initial radius within which photons count, if given.

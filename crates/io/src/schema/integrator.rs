@@ -109,19 +109,29 @@ const MERGING: &[Parameter] = &[float(
 .positive()
 .or_computed("automatic")];
 
-const PHOTONS: &[Parameter] = &[
+const MAPS: &[Parameter] = &[
     integer("photons", "light paths of each map")
         .within(1.0, 1e9)
         .or_computed("number of pixels"),
-    float("radius", "radius within which photons count, scene units")
-        .positive()
-        .or_computed("automatic"),
-    word(
-        "query",
-        &["beam", "point"],
-        "photons in media that a sensor ray gathers",
-    ),
+    PHOTON_RADIUS,
 ];
+
+const PREVIEW: &[Parameter] = &[
+    integer("photons", "light paths of each map")
+        .within(1.0, 1e9)
+        .or_computed("a quarter of the number of pixels"),
+    PHOTON_RADIUS,
+];
+
+const PHOTON_RADIUS: Parameter = float("radius", "radius within which photons count, scene units")
+    .positive()
+    .or_computed("automatic");
+
+const QUERY: &[Parameter] = &[word(
+    "query",
+    &["beam", "point"],
+    "photons in media that a sensor ray gathers",
+)];
 
 pub(super) const PLUGINS: &[Plugin] = &[
     own_plugin(
@@ -206,13 +216,19 @@ pub(super) const PLUGINS: &[Plugin] = &[
     own_plugin(
         "photon",
         "Photon maps of a fixed radius.",
-        &[DEPTH, COMMON, PHOTONS],
+        &[DEPTH, COMMON, MAPS, QUERY],
         &[],
     ),
     own_plugin(
         "sppm",
         "Progressive photon maps.",
-        &[DEPTH, COMMON, PHOTONS],
+        &[DEPTH, COMMON, MAPS, QUERY],
+        &[],
+    ),
+    own_plugin(
+        "preview",
+        "Quick first picture: path tracing of light that scatters once, progressive photon maps for the rest.",
+        &[DEPTH, COMMON, PREVIEW],
         &[],
     ),
 ];

@@ -265,6 +265,17 @@ fn photon_maps_have_parameters() {
             rr_depth: 5,
         }
     );
+    let words = r#"<integer name="photons" value="1000"/><float name="radius" value="0.1"/>"#;
+    assert_eq!(
+        photon("preview", words),
+        PhotonMapping {
+            photons: Some(1000),
+            radius: Some(0.1),
+            ..PhotonMapping::preview()
+        }
+    );
+    let queried = integrator("preview", r#"<string name="query" value="beam"/>"#);
+    refused(&queried, None, &["no parameter 'query'"]);
     for (words, expected) in [
         (
             r#"<float name="radius" value="0"/>"#,
@@ -321,7 +332,7 @@ fn mistakes_have_places_and_help() {
         &integrator("metropolis", ""),
         None,
         &[
-            "known types: auto, path, volpath, volpathmis, direct, particle, ptracer, bdpt, vcm, aov, depth, moment, stokes, tagged, photon, sppm\n",
+            "known types: auto, path, volpath, volpathmis, direct, particle, ptracer, bdpt, vcm, aov, depth, moment, stokes, tagged, photon, sppm, preview\n",
         ],
     );
     refused(

@@ -255,7 +255,7 @@ fn estimators_in_any_unit() {
     let parts = format!("{}, {}", haze(&spline()), lit());
     let parts = parts.replacen(&format!("{FLOOR}, "), "", 1);
     let mut all = Vec::new();
-    for integrator in ["vcm", "photon", "sppm", "auto"] {
+    for integrator in ["vcm", "photon", "sppm", "preview", "auto"] {
         all.extend(differences(integrator, &exponents(), |e| {
             picture(&parts, integrator, e)
         }));

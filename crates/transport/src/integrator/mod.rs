@@ -7,6 +7,7 @@ mod contribution;
 mod particle;
 mod path;
 mod photon;
+mod preview;
 mod vcm;
 
 pub use bdpt::Bdpt;
@@ -140,11 +141,7 @@ impl Integrator {
             Integrator::Photon(i) => Facts {
                 blurs: true,
                 converges: i.progressive,
-                ..Facts::new(
-                    if i.progressive { "sppm" } else { "photon" },
-                    i.max_depth,
-                    i.rr_depth,
-                )
+                ..Facts::new(i.name(), i.max_depth, i.rr_depth)
             },
         }
     }

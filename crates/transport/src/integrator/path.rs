@@ -4,6 +4,7 @@
 //! Theory: docs/theory.md#path.
 
 mod connecting;
+mod indirect;
 mod roulette;
 
 use super::Contribution;
@@ -17,6 +18,7 @@ use crate::path::{
     SubpathEnd, TransportMode, Vertex, Weighted, Workspace, environment_end, gather_along, scatter,
     trace,
 };
+use crate::photons::PhotonsAround;
 use crate::sampling::Sampler;
 use crate::scene::Scene;
 use crate::sensor::SensorRay;
@@ -60,6 +62,9 @@ struct Next {
     length: PathLength,
     /// True if the light that volumes emit along the edge is still to be added.
     gathers: bool,
+    /// True if photons bring the light that arrives at the start of the ray after scattering: the
+    /// ray only finds emitters.
+    is_last: bool,
 }
 
 impl Next {
@@ -81,6 +86,7 @@ impl Next {
             // Planted error "what volumes emit counted by both parts of a split path", found by morgana-transport/transport::sources::volumes::split_rays_gather_once:
             // gathers: true,
             gathers: false,
+            is_last: false,
         })
     }
 }
@@ -169,6 +175,17 @@ pub(crate) struct PathFinds<'a, L> {
     pub log: &'a mut L,
 }
 
+/// Sensor ray along which paths are sampled.
+#[derive(Clone, Copy)]
+pub(crate) struct PathRequest<'a> {
+    pub scene: &'a Scene,
+    pub ray: SensorRay,
+    /// Number of channels in use.
+    pub channels: usize,
+    /// Photons that bring the light that is scattered more than once; `None` if paths go on.
+    pub photons: Option<PhotonsAround<'a>>,
+}
+
 struct Tracing<'a, L> {
     scene: &'a Scene,
     sampler: &'a mut Sampler,
@@ -180,6 +197,8 @@ struct Tracing<'a, L> {
     /// it.
     split: Option<(Next, f64)>,
     log: &'a mut L,
+    /// Photons that bring the light that is scattered more than once; `None` if paths go on.
+    photons: Option<PhotonsAround<'a>>,
 }
 
 impl PathTracer {
@@ -194,6 +213,30 @@ impl PathTracer {
         ws: &mut Workspace,
         finds: PathFinds<impl PathLog>,
     ) {
+        let request = PathRequest {
+            scene,
+            ray,
+            channels,
+            photons: None,
+        };
+        self.sample_requested(request, sampler, ws, finds);
+    }
+
+    /// Samples contributions like [`PathTracer::sample`]. With photons, paths end after they have
+    /// been scattered once, and photons bring the rest of the light.
+    fn sample_requested(
+        &self,
+        request: PathRequest,
+        sampler: &mut Sampler,
+        ws: &mut Workspace,
+        finds: PathFinds<impl PathLog>,
+    ) {
+        let PathRequest {
+            scene,
+            ray,
+            channels,
+            photons,
+        } = request;
         let medium = scene.medium_of_sensor_ray(ray.origin);
         // Start at the sensor, with throughput T = n_s².
         let start = Start::point(ray.origin, ray.direction, medium);
@@ -207,6 +250,7 @@ impl PathTracer {
             from: None,
             length: PathLength::default(),
             gathers: true,
+            is_last: false,
         };
         let mut tracing = Tracing {
             scene,
@@ -216,6 +260,7 @@ impl PathTracer {
             equiangular: !scene.point_like_emitters().is_empty(),
             split: None,
             log: finds.log,
+            photons,
         };
         // Follow the path to its end. Then follow the other branch if the first edge was split.
         self.follow(&mut tracing, &mut next);
@@ -250,12 +295,13 @@ impl PathTracer {
         let budget = self.budget(next.length.depth + 1);
         let first_vertex = t.ws.first_vertex;
         let forced = next.length.edges < first_vertex.forced_collisions && budget > 0;
+        let equiangular = t.equiangular && !next.is_last;
         let sampling = Sampling {
             mode: TransportMode::Radiance,
             channel_pdf,
-            extend: t.equiangular || forced,
+            extend: equiangular || forced,
             collides: true,
-            spans: t.equiangular || forced || L::NEEDS_SPANS,
+            spans: equiangular || forced || L::NEEDS_SPANS,
             parts: L::NEEDS_PARTS,
             forced,
             // Hits compete with connections only if paths can meet emitters.
@@ -274,7 +320,7 @@ impl PathTracer {
         };
         // Sample a vertex on the edge by p_e of eq. (equiangular density), and connect it to a
         // point emitter.
-        if t.equiangular && budget > 0 {
+        if equiangular && budget > 0 {
             t.around_emitter(&edge, budget);
         }
         t.log
@@ -302,7 +348,10 @@ impl PathTracer {
         };
         let throughput = edge.next.throughput * edge.edge.throughput(t.scene, channel_pdf);
         // Connect the vertex to one emitter of each class.
-        t.direct(&vertex, &edge, throughput, budget);
+        if !next.is_last {
+            t.direct(&vertex, &edge, throughput, budget);
+            t.indirect(&vertex, &edge, budget);
+        }
         // Sample a direction by p_ω, and apply Russian roulette.
         let length = edge.length;
         t.scatter(vertex, throughput, length, next) && self.roulette(t, next)
@@ -592,6 +641,13 @@ impl<L: PathLog> Tracing<'_, L> {
             scattered.start.direction,
             scattered.delta,
         );
+        if self.photons.is_some() && !scattered.delta {
+            // Photons bring the scattered light: follow the ray once more, to emitters.
+            if next.is_last || !self.finds_emitters() {
+                return false;
+            }
+            next.is_last = true;
+        }
         next.start = scattered.start;
         next.throughput = throughput * scattered.weight;
         next.from = if scattered.delta {

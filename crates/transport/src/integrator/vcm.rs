@@ -33,6 +33,8 @@ pub struct Vcm {
     pub radius: Option<f64>,
 }
 
+/// Number of photons within the automatic radius around a typical photon.
+const NEIGHBOURS: usize = 10;
 /// Dimension of the balls within which vertices in media are merged.
 const BALL_DIMENSION: f64 = 3.0;
 
@@ -74,7 +76,7 @@ impl Vcm {
                 ..paths.bounds
             };
             let photons = PhotonMap::trace(&LightPaths { bounds, ..*paths }).found;
-            photons.first_radius(paths.scene)
+            photons.first_radius(paths.scene, NEIGHBOURS)
         })
     }
 

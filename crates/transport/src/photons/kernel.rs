@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use std::f64::consts::PI;
+use std::sync::LazyLock;
 
 /// Biweight kernel K(d) ∝ (1 − d²/r²)² on a disc or in a ball of radius r, normalised to integral
 /// one.
@@ -63,6 +64,36 @@ impl Kernel {
         let bias = (-2.0 * d + (2.0 * d + 4.0) * t) / (d + 6.0);
         (t < 1.0).then(|| (self.peak * (1.0 - t).powi(2), self.peak * bias))
     }
+}
+
+/// Number of points that represent a kernel in a ball.
+const POINTS: usize = 16;
+
+/// Returns points in the unit ball whose density is the biweight kernel: quantiles of the distance,
+/// in directions on a spiral.
+pub(super) fn kernel_points() -> &'static [DVec3; POINTS] {
+    static FOUND: LazyLock<[DVec3; POINTS]> = LazyLock::new(|| {
+        std::array::from_fn(|i| {
+            let part = |i: usize| (i as f64 + 0.5) / POINTS as f64;
+            let (z, angle) = (1.0 - 2.0 * part(i), i as f64 * PI * (3.0 - 5f64.sqrt()));
+            let across = (1.0 - z * z).sqrt();
+            let direction = DVec3::new(across * angle.cos(), across * angle.sin(), z);
+            // Neighbours on the spiral have unlike distances: 7 and the number of points are coprime.
+            direction * quantile(part(7 * i % POINTS))
+        })
+    });
+    &FOUND
+}
+
+/// Returns the distance within which a part of the biweight kernel in the unit ball lies.
+fn quantile(part: f64) -> f64 {
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..50 {
+        let u: f64 = 0.5 * (low + high);
+        let within = 105.0 / 8.0 * (u.powi(3) / 3.0 - 2.0 * u.powi(5) / 5.0 + u.powi(7) / 7.0);
+        if within < part { low = u } else { high = u }
+    }
+    0.5 * (low + high)
 }
 
 #[cfg(test)]

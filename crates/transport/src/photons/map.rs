@@ -4,6 +4,7 @@
 use super::follow::{Followed, LightPaths};
 use super::photon::{Photon, PhotonSite, stored};
 use super::tree::PhotonTree;
+use crate::path::LightPath;
 use crate::scene::Scene;
 use crate::stats::Photons;
 use glam::DVec3;
@@ -11,8 +12,6 @@ use glam::DVec3;
 /// Radius within which photons contribute, as a fraction of the scene's radius, if there are too
 /// few photons to choose the radius.
 const FALLBACK_RADIUS: f64 = 0.05;
-/// Number of photons within an automatic radius around a typical photon.
-const NEIGHBOURS: usize = 10;
 /// Number of photons whose neighbours are examined.
 const EXAMINED_PHOTONS: usize = 64;
 
@@ -28,8 +27,18 @@ pub(crate) struct PhotonMap {
 impl PhotonMap {
     /// Traces light subpaths and stores their photons.
     pub(crate) fn trace(paths: &LightPaths<'_>) -> Followed<Self> {
+        Self::trace_if(paths, |_, _| true)
+    }
+
+    /// Traces light subpaths and stores the photons of those vertices, given by their index, for
+    /// which `is_stored` returns true.
+    pub(crate) fn trace_if(
+        paths: &LightPaths<'_>,
+        is_stored: impl Fn(&LightPath, usize) -> bool + Sync,
+    ) -> Followed<Self> {
         let followed = paths.follow(|path, light| {
             let photons = stored(paths.scene, &light, path, paths.count);
+            let photons = photons.filter(|photon| is_stored(&light, photon.vertex));
             photons.collect::<Vec<_>>()
         });
         let Followed {
@@ -69,15 +78,16 @@ impl PhotonMap {
         }
     }
 
-    /// Returns a radius for the first of many similar maps.
-    pub(crate) fn first_radius(&self, scene: &Scene) -> f64 {
+    /// Returns a radius for the first of many similar maps, which contains `neighbours` photons
+    /// around a typical photon.
+    pub(crate) fn first_radius(&self, scene: &Scene, neighbours: usize) -> f64 {
         let lonely = FALLBACK_RADIUS * scene.around().radius;
-        self.typical_radius().unwrap_or(lonely)
+        self.typical_radius(neighbours).unwrap_or(lonely)
     }
 
-    /// Returns a radius around a typical photon that contains [`NEIGHBOURS`] photons: the median
-    /// over some photons. Returns `None` if there are fewer than two photons.
-    fn typical_radius(&self) -> Option<f64> {
+    /// Returns a radius around a typical photon that contains `neighbours` photons: the median over
+    /// some photons. Returns `None` if there are fewer than two photons.
+    fn typical_radius(&self, neighbours: usize) -> Option<f64> {
         let trees = [&self.volume, &self.surface];
         let all: Vec<DVec3> = trees
             .iter()
@@ -88,7 +98,7 @@ impl PhotonMap {
             let x = all[i * last / EXAMINED_PHOTONS];
             let mut distances: Vec<f64> = all.iter().map(|y| y.distance(x)).collect();
             *distances
-                .select_nth_unstable_by(NEIGHBOURS.min(last), f64::total_cmp)
+                .select_nth_unstable_by(neighbours.min(last), f64::total_cmp)
                 .1
         };
         let mut radii: Vec<f64> = (0..EXAMINED_PHOTONS).map(radius).collect();

@@ -1,6 +1,7 @@
 //! Photons: light that arrives at a vertex of a light subpath (docs/theory.md#photon-maps).
 
 use crate::Spectrum;
+use crate::emitter::Class;
 use crate::path::{LightPath, PathVertex, TransportMode, Vertex};
 use crate::scene::{MediumId, Scene};
 use glam::DVec3;
@@ -106,6 +107,19 @@ pub(crate) fn stored(
     };
     let vertices = light.subpath.vertices.iter().enumerate().map(photon);
     vertices.filter(|p| !p.power.is_zero() && p.power.is_finite())
+}
+
+/// Returns true if a path from the sensor that scatters once, with connections to emitters, cannot
+/// find the light that arrives at a vertex of a light subpath: light that has been scattered before,
+/// or light of a point-like emitter that no connection finds.
+pub(crate) fn is_indirect(scene: &Scene, light: &LightPath, vertex: usize) -> bool {
+    let vertices = &light.subpath.vertices;
+    let is_scattered = vertices[..vertex].iter().any(|before| !before.specular);
+    let is_connectable = vertex == 0 && vertices[0].edge.connectable;
+    let class = scene.emitters()[light.emitter].class();
+    // Planted error "light that paths find counted by photons, too", found by morgana-transport/transport::photons::agreement::photons_show_what_bdpt_shows:
+    // true || is_scattered || (class == Class::Delta && !is_connectable)
+    is_scattered || (class == Class::Delta && !is_connectable)
 }
 
 #[cfg(test)]

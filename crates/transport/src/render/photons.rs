@@ -35,7 +35,7 @@ pub(super) fn first_radius(source: &Source, mapping: &PhotonMapping) -> f64 {
     let automatic = || {
         map(source, mapping, PILOT_SAMPLE)
             .found
-            .first_radius(source.scene)
+            .first_radius(source.scene, mapping.neighbours())
     };
     mapping.radius.unwrap_or_else(automatic)
 }
@@ -43,7 +43,9 @@ pub(super) fn first_radius(source: &Source, mapping: &PhotonMapping) -> f64 {
 fn map(source: &Source, mapping: &PhotonMapping, sample: u64) -> Followed<PhotonMap> {
     let (scene, channels) = (source.scene, source.channels());
     let bounds = mapping.bounds(even_channel_pdf(channels));
-    source.with_light_paths(sample, bounds, mapping.paths(scene), PhotonMap::trace)
+    source.with_light_paths(sample, bounds, mapping.paths(scene), |paths| {
+        mapping.trace(paths)
+    })
 }
 
 /// Takes a range of samples of the whole image for the source's channel group.
@@ -72,6 +74,7 @@ pub(super) fn pass(
             scene: source.scene.at(sample),
             mapping,
             map: &map,
+            smooths_directions: mapping.smooths_directions(sample),
             radii: mapping.radii(source.prepared.radius, sample),
             channel_pdf: even_channel_pdf(source.channels()),
         };

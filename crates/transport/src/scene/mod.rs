@@ -182,6 +182,19 @@ impl Scene {
         Ok(scene)
     }
 
+    /// Returns the scene as another sensor sees it. Both scenes share their geometry.
+    ///
+    /// # Errors
+    /// All problems, errors first.
+    pub fn seen_by(&self, sensor: Sensor, film: FilmSpec) -> Result<Self, Vec<SceneProblem>> {
+        let parts = Parts {
+            sensor,
+            film,
+            ..self.parts.clone()
+        };
+        Self::unless_stopped(parts, Some(self), &Stop::default())
+    }
+
     /// Returns the warnings about the scene.
     pub fn warnings(&self) -> &[SceneProblem] {
         &self.warnings

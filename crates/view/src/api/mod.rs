@@ -2,6 +2,7 @@
 
 mod arrays;
 mod difference;
+mod preview;
 mod rays;
 mod scene;
 
@@ -204,6 +205,7 @@ fn post(item: &Item, what: &str, body: &[u8]) -> Result<Response, Failure> {
         }
         ("trace", Content::Scene(loaded)) => rays::trace(loaded, &body),
         ("connect", Content::Scene(loaded)) => rays::connect(loaded, &body),
+        ("picture", Content::Scene(loaded)) => preview::picture(loaded, &body),
         _ => Err(not_found(what)),
     }
 }

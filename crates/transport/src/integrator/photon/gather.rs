@@ -11,7 +11,7 @@ use crate::path::Point;
 use crate::path::{
     Edge, End, Sampling, Start, TransportMode, Vertex, Workspace, gather_in_view, trace,
 };
-use crate::photons::{Kernel, Photon, PhotonMap, Radii, pieces};
+use crate::photons::{Kernel, Photon, PhotonMap, PhotonsAround, Radii, ScatteredLight, pieces};
 use crate::sampling::Sampler;
 use crate::scene::Scene;
 use crate::sensor::SensorRay;
@@ -47,13 +47,15 @@ pub(crate) struct Gathering<'a> {
     pub map: &'a PhotonMap,
     /// Radii around a ray, or a point, within which photons contribute.
     pub radii: Radii,
+    /// True if the light in media is smoothed over directions: see [`PhotonsAround`].
+    pub smooths_directions: bool,
     /// Probabilities of the channels; zero for channels that are not in use.
     pub channel_pdf: Spectrum,
 }
 
 impl Gathering<'_> {
-    /// Passes the light along a sensor ray to `found`.
-    pub(crate) fn along(
+    /// Passes the light along a sensor ray to `found`: photons around the ray, or around a point.
+    pub(in crate::integrator) fn by_photons(
         &self,
         ray: SensorRay,
         sampler: &mut Sampler,
@@ -99,14 +101,15 @@ impl Gathering<'_> {
             depth: 0,
             optical_length: 0.0,
         });
+        let is_beam = self.mapping.query == PhotonQuery::Beam;
         while let Some(sight) = next {
             // Trace γ to its next vertex: through media for beams, to a collision for points.
             let sampling = Sampling {
                 mode: TransportMode::Radiance,
                 channel_pdf: self.channel_pdf,
                 extend: false,
-                collides: self.mapping.query == PhotonQuery::Point,
-                spans: self.mapping.query == PhotonQuery::Beam,
+                collides: !is_beam,
+                spans: is_beam,
                 parts: false,
                 forced: false,
                 differentials: false,
@@ -115,12 +118,10 @@ impl Gathering<'_> {
             let mut edge = trace(scene, sight.start, sampling, sampler, ws);
             edge.tabulate();
             // Sum over the photons in media.
-            match (self.mapping.query, &edge.end) {
-                (PhotonQuery::Beam, _) => self.beside(&sight, &edge, ws, &mut found),
-                (PhotonQuery::Point, End::Collision(point)) => {
-                    self.around(&sight, &edge, point, &mut found)
-                }
-                (PhotonQuery::Point, _) => {}
+            if is_beam {
+                self.beside(&sight, &edge, ws, &mut found);
+            } else if let End::Collision(point) = &edge.end {
+                self.around(&sight, &edge, point, &mut found);
             }
             // Sum over the photons on the surface, and continue if it is smooth.
             next = self.arrive(sight, &edge, sampler, &mut found);
@@ -160,7 +161,15 @@ impl Gathering<'_> {
                     };
                     // Compute p(ω_p, −γ′) K₂.
                     let scattered = photon.phase(self.scene, point.direction);
-                    self.count(photon, &seen, scattered, kernel.weigh(squared), found);
+                    if let Some((kernel, bias)) = kernel.weigh(squared) {
+                        let light = ScatteredLight {
+                            scattered,
+                            sharp: None,
+                            kernel,
+                            bias,
+                        };
+                        self.count(photon, &seen, light, found);
+                    }
                 };
                 self.map
                     .volume
@@ -172,23 +181,12 @@ impl Gathering<'_> {
 
     /// Sums over the photons around a collision.
     fn around(&self, sight: &Sight, edge: &Edge, point: &Point, found: &mut impl FnMut(Gathered)) {
-        let kernel = Kernel::ball(self.radii.volume);
-        // Compute T e^{−τ(s)} F̄/p(s).
-        let density = edge.collision_density(self.channel_pdf, point);
         let seen = Seen {
-            throughput: sight.throughput * point.weight * point.depth.exp_neg() / density,
+            throughput: sight.throughput * edge.arrival(self.channel_pdf),
             depth: sight.depth + 1 + edge.geometry.events,
             optical_length: sight.optical_length + edge.optical_length,
         };
-        self.map.volume.visit(
-            |bounds| bounds.nearest_distance(point.x) < kernel.radius(),
-            |photon| {
-                // Compute p(ω_p, −γ′) K₃.
-                let weighed = kernel.between(photon.x, point.x);
-                let scattered = photon.phase(self.scene, point.direction);
-                self.count(photon, &seen, scattered, weighed, found);
-            },
-        );
+        self.at_vertex(&seen, &Vertex::volume(point), found);
     }
 
     /// Adds the light emitted at the end of an edge, and the light on the surface there. The ray
@@ -201,9 +199,10 @@ impl Gathering<'_> {
         found: &mut impl FnMut(Gathered),
     ) -> Option<Sight> {
         // Compute T e^{−τ} F̄/P; P = 1 for beams.
-        let chance = match self.mapping.query {
-            PhotonQuery::Beam => 1.0,
-            PhotonQuery::Point => edge.geometry.survival(self.channel_pdf),
+        let chance = if self.mapping.query == PhotonQuery::Beam {
+            1.0
+        } else {
+            edge.geometry.survival(self.channel_pdf)
         };
         let seen = Seen {
             throughput: sight.throughput * edge.weight * edge.geometry.depth.exp_neg() / chance,
@@ -238,7 +237,7 @@ impl Gathering<'_> {
             );
         }
         // Add the light that falls on the surface, from its photons.
-        self.on_surface(&seen, &vertex, found);
+        self.at_vertex(&seen, &vertex, found);
         // Continue only along a specular lobe.
         let scatter = vertex.scatter(self.scene, TransportMode::Radiance, sampler)?;
         scatter.delta.then(|| Sight {
@@ -249,42 +248,35 @@ impl Gathering<'_> {
         })
     }
 
-    /// Sums over the photons on a surface around a vertex.
-    fn on_surface(&self, seen: &Seen, vertex: &Vertex, found: &mut impl FnMut(Gathered)) {
-        let (x, kernel) = (vertex.position(), Kernel::disc(self.radii.surface));
-        self.map.surface.visit(
-            |bounds| bounds.nearest_distance(x) < kernel.radius(),
-            |photon| {
-                // Compute f̃(ω_p, −γ′) K₂.
-                if let Some(scattered) = photon.reflected(self.scene, vertex) {
-                    let weighed = kernel.between(photon.x, x);
-                    self.count(photon, seen, scattered, weighed, found);
-                }
-            },
-        );
+    /// Sums over the photons around a vertex.
+    fn at_vertex(&self, seen: &Seen, vertex: &Vertex, found: &mut impl FnMut(Gathered)) {
+        let photons = PhotonsAround {
+            map: self.map,
+            radii: self.radii,
+            smooths_directions: false,
+            is_within_medium: false,
+        };
+        photons.each(self.scene, vertex, |photon, light| {
+            self.count(photon, seen, light, found);
+        });
     }
 
-    /// Passes the contribution of a photon to `found`. `weighed` is the kernel at the photon, and
-    /// its bias.
+    /// Passes the contribution of a photon to `found`, given its scattered light.
     fn count(
         &self,
         photon: &Photon,
         seen: &Seen,
-        scattered: Spectrum,
-        weighed: Option<(f64, f64)>,
+        light: ScatteredLight,
         found: &mut impl FnMut(Gathered),
     ) {
         let depth = seen.depth + photon.depth;
-        let (Some((kernel, bias)), false) = (
-            weighed,
-            self.mapping.max_depth.is_some_and(|limit| depth > limit),
-        ) else {
+        if self.mapping.max_depth.is_some_and(|limit| depth > limit) {
             return;
-        };
-        let light = seen.throughput * scattered * photon.power;
+        }
+        let [value, bias] = light.of(seen.throughput, photon.power);
         found(Gathered {
-            value: light * kernel,
-            bias: light * bias,
+            value,
+            bias,
             path: PathFacts {
                 optical_length: seen.optical_length + photon.optical_length,
                 bounces: depth - 1,

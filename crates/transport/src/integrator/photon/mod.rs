@@ -9,12 +9,12 @@
 
 mod gather;
 
-pub(crate) use gather::Gathering;
+pub(crate) use gather::{Gathered, Gathering};
 
 use super::Contribution;
 use crate::Spectrum;
 use crate::path::{Bounds, Workspace};
-use crate::photons::{Followed, LightPaths, PhotonMap, Radii};
+use crate::photons::{Followed, LightPaths, PhotonMap, Radii, is_indirect};
 use crate::sampling::Sampler;
 use crate::scene::Scene;
 use crate::sensor::SensorRay;
@@ -22,7 +22,8 @@ use crate::sensor::SensorRay;
 /// Photon mapping.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PhotonMapping {
-    /// Number of light subpaths of each map, > 0; `None` for the number of pixels.
+    /// Number of light subpaths of each map, > 0; `None` for the number of pixels, or a quarter of it
+    /// for a preview.
     pub photons: Option<usize>,
     /// Radius of the first map, > 0, in scene units; `None` for a radius that includes a few
     /// photons.
@@ -45,7 +46,15 @@ pub enum PhotonQuery {
     Beam,
     /// Photons within the radius of a point at which the ray is scattered.
     Point,
+    /// Photons within the radius of the first vertex of a path at which light is scattered. Path
+    /// tracing finds the light that is scattered once, and photons bring the rest (the integrator
+    /// `preview`).
+    Indirect,
 }
+
+/// Number of samples of a preview that smooth light over directions. Their part of the mean
+/// vanishes with the number of samples.
+const SMOOTH_SAMPLES: u64 = 64;
 
 impl Default for PhotonMapping {
     fn default() -> Self {
@@ -61,6 +70,24 @@ impl Default for PhotonMapping {
 }
 
 impl PhotonMapping {
+    /// Makes a preview: paths find the light that is scattered once, photons the rest.
+    pub fn preview() -> Self {
+        PhotonMapping {
+            progressive: true,
+            query: PhotonQuery::Indirect,
+            ..PhotonMapping::default()
+        }
+    }
+
+    /// Returns the name in scene files and on command lines.
+    pub(super) fn name(&self) -> &'static str {
+        match (self.query, self.progressive) {
+            (PhotonQuery::Indirect, _) => "preview",
+            (_, true) => "sppm",
+            (_, false) => "photon",
+        }
+    }
+
     /// Returns the radii of the map of a sample, given the radius of the first.
     pub fn radii(&self, first: f64, sample: u64) -> Radii {
         if !self.progressive {
@@ -71,7 +98,7 @@ impl PhotonMapping {
         }
         let in_media = match self.query {
             PhotonQuery::Beam => 2.0,
-            PhotonQuery::Point => 3.0,
+            PhotonQuery::Point | PhotonQuery::Indirect => 3.0,
         };
         Radii::shrunk(first, sample, in_media)
     }
@@ -90,10 +117,40 @@ impl PhotonMapping {
         }
     }
 
+    /// Returns the number of photons within the automatic radius around a typical photon. Previews
+    /// blur more, because photons bring only light that has been scattered before.
+    pub(crate) fn neighbours(&self) -> usize {
+        match self.query {
+            PhotonQuery::Indirect => 50,
+            PhotonQuery::Beam | PhotonQuery::Point => 10,
+        }
+    }
+
+    /// Returns true if a sample smooths the light in media over directions. Early samples of
+    /// previews do; the mean thus still converges.
+    pub(crate) fn smooths_directions(&self, sample: u64) -> bool {
+        self.query == PhotonQuery::Indirect && sample < SMOOTH_SAMPLES
+    }
+
     /// Returns the number of light subpaths of each map.
     pub fn paths(&self, scene: &Scene) -> usize {
         let film = scene.film();
-        self.photons.unwrap_or(film.width * film.height)
+        let pixels = film.width * film.height;
+        let automatic = match self.query {
+            PhotonQuery::Indirect => pixels.div_ceil(4),
+            PhotonQuery::Beam | PhotonQuery::Point => pixels,
+        };
+        self.photons.unwrap_or(automatic)
+    }
+
+    /// Traces light subpaths, and stores the photons that the query needs.
+    pub(crate) fn trace(&self, paths: &LightPaths) -> Followed<PhotonMap> {
+        match self.query {
+            PhotonQuery::Beam | PhotonQuery::Point => PhotonMap::trace(paths),
+            PhotonQuery::Indirect => PhotonMap::trace_if(paths, |light, vertex| {
+                is_indirect(paths.scene, light, vertex)
+            }),
+        }
     }
 
     /// Samples the contributions of a sensor ray with a separate map. Renders share one map among
@@ -120,14 +177,19 @@ impl PhotonMapping {
         };
         let Followed {
             found: map, stats, ..
-        } = PhotonMap::trace(&paths);
+        } = self.trace(&paths);
         ws.stats += stats;
         // Sum over the photons around the sensor ray γ: eq. (photon sum).
         let gathering = Gathering {
             scene,
             mapping: self,
-            radii: self.radii(self.radius.unwrap_or_else(|| map.first_radius(scene)), 0),
+            radii: self.radii(
+                self.radius
+                    .unwrap_or_else(|| map.first_radius(scene, self.neighbours())),
+                0,
+            ),
             map: &map,
+            smooths_directions: self.smooths_directions(0),
             channel_pdf,
         };
         gathering.along(ray, sampler, ws, |light| {

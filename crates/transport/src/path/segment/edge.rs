@@ -297,6 +297,18 @@ impl<'a> Edge<'a> {
                 transmittance * point.weight * scattering
                     / self.collision_density(channel_pdf, point)
             }
+            _ => self.arrival(channel_pdf),
+        }
+    }
+
+    /// Returns the throughput up to the end of an edge, over the sampling density, without the
+    /// scattering there: T/p at a collision, T/P on a surface.
+    pub(crate) fn arrival(&self, channel_pdf: Spectrum) -> Spectrum {
+        let transmittance = self.geometry.depth.exp_neg();
+        match &self.end {
+            End::Collision(point) => {
+                transmittance * point.weight / self.collision_density(channel_pdf, point)
+            }
             _ => transmittance * self.weight / self.geometry.survival(channel_pdf),
         }
     }

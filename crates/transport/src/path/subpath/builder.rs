@@ -112,6 +112,7 @@ fn path_edge(event: &WalkEvent, vertex: &Vertex) -> PathEdge {
         n_before: scene.n(start.medium, start.x),
         n_after: scene.n(vertex.medium(), vertex.position()),
         discovery: 0.0,
+        connectable: event.edge.connectable,
     }
 }
 
@@ -128,6 +129,7 @@ fn escape(event: &WalkEvent) -> Option<Escape> {
         n_before: event.scene.n(edge.start.medium, edge.start.x),
         n_after: event.scene.n(medium, edge.start.x),
         discovery: f64::from(u8::from(edge.connectable)),
+        connectable: edge.connectable,
     };
     let survival = path_edge.geometry.survival(event.channel_pdf);
     Some(Escape {

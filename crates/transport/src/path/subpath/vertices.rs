@@ -25,8 +25,10 @@ pub(crate) struct PathEdge {
     /// Index at this vertex, on the side where the edge arrives.
     pub n_after: f64,
     /// Discovery probability of the edge: see [`crate::path::Connection::discovery`]; 0 if
-    /// connections do not search for the edge.
+    /// connections do not search for the edge, or if the subpath does not weigh strategies.
     pub discovery: f64,
+    /// True if connections search for edges like this one.
+    pub connectable: bool,
 }
 
 /// A vertex of a subpath.

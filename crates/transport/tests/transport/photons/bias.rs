@@ -10,7 +10,7 @@ use testkit::z_test::{max_abs_z, z_score};
 fn kernel(query: PhotonQuery, radius: f64) -> Kernel {
     match query {
         PhotonQuery::Beam => Kernel::disc(radius),
-        PhotonQuery::Point => Kernel::ball(radius),
+        PhotonQuery::Point | PhotonQuery::Indirect => Kernel::ball(radius),
     }
 }
 

@@ -115,14 +115,14 @@ impl InBox {
         let image = Self::pixels().iter().sum::<f64>() / 16.0 / Self::moved(0.0, 0.0, 0.0);
         let (rings, angles, planes) = match query {
             PhotonQuery::Beam => (200, 24, 1),
-            PhotonQuery::Point => (100, 24, 240),
+            PhotonQuery::Point | PhotonQuery::Indirect => (100, 24, 240),
         };
         let r = kernel.radius();
         let mut sums = [0.0; 2];
         for plane in 0..planes {
             let (dz, depth) = match query {
                 PhotonQuery::Beam => (0.0, 1.0),
-                PhotonQuery::Point => {
+                PhotonQuery::Point | PhotonQuery::Indirect => {
                     let width = 2.0 * r / f64::from(planes);
                     ((f64::from(plane) + 0.5) * width - r, width)
                 }

@@ -1,0 +1,80 @@
+// Previews of a scene: coarse at first, then finer, then the mean of many samples.
+
+import * as api from './api.js';
+import { toneCurve } from './colour.js';
+
+/** Pixels of the picture along a pixel of the first, coarse sample. */
+const COARSE = 8;
+/** Longest side of a picture. */
+const LONGEST = 480;
+/** Samples of the finest picture. */
+const SAMPLES = 64;
+/** Milliseconds and samples after which a coarse picture gives way to a finer one. */
+const ENOUGH = { milliseconds: 250, samples: 8 };
+
+export class Preview {
+    /** `onPicture(picture, { number, scale, milliseconds })`: a better picture is there; `onError(message)`: there will be none. */
+    constructor(index, onPicture, onError) {
+        Object.assign(this, { index, onPicture, onError, wanted: null, isBusy: false });
+    }
+
+    /** Makes pictures of a size, of a camera (null for the scene's own), until there is another wish. */
+    async want(camera, [width, height]) {
+        const shrink = Math.max(1, width / LONGEST, height / LONGEST);
+        this.wanted = { camera, size: [width / shrink, height / shrink], since: performance.now() };
+        if (this.isBusy) return;
+        this.isBusy = true;
+        while (this.wanted) {
+            const job = this.wanted;
+            this.wanted = null;
+            this.isStopped = false;
+            try {
+                await this.refine(job);
+            } catch (error) {
+                if (!this.wanted) this.onError(error.message);
+            }
+        }
+        this.isBusy = false;
+    }
+
+    /** Makes no more pictures. */
+    stop() {
+        this.wanted = null;
+        this.isStopped = true;
+    }
+
+    async refine({ camera, size: whole, since }) {
+        let [scale, number, sums, start] = [COARSE, 0, null, since];
+        while (number < SAMPLES) {
+            const size = whole.map((n) => Math.max(1, Math.round(n / scale)));
+            const values = await api.postFloats(`${this.index}/picture`, { size, number, camera });
+            if (this.wanted || this.isStopped) return;
+            number += 1;
+            sums = sums ? sums.map((sum, i) => sum + values[i]) : values;
+            const now = performance.now();
+            this.onPicture(drawn(sums, size, number), { number, scale, milliseconds: now - since });
+            const isEnough = now - start > ENOUGH.milliseconds || number >= ENOUGH.samples;
+            if (scale > 1 && isEnough) [scale, number, sums, start] = [scale / 2, 0, null, now];
+        }
+    }
+}
+
+/** The mean of samples as a picture: the first number is the exposure, the others are red, green and blue. */
+function drawn(sums, [width, height], number) {
+    const tone = toneCurve(sums[0] / number, 'srgb');
+    const picture = new ImageData(width, height);
+    for (let i = 0; i < width * height; i += 1) {
+        for (let c = 0; c < 3; c += 1) picture.data[4 * i + c] = tone(sums[1 + 3 * i + c] / number);
+        picture.data[4 * i + 3] = 255;
+    }
+    return picture;
+}
+
+/** Draws a picture over a whole canvas. */
+export function fill(canvas, picture) {
+    const context = canvas.getContext('2d');
+    const small = document.createElement('canvas');
+    [small.width, small.height] = [picture.width, picture.height];
+    small.getContext('2d').putImageData(picture, 0, 0);
+    context.drawImage(small, 0, 0, canvas.width, canvas.height);
+}

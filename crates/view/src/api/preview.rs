@@ -1,0 +1,146 @@
+//! Previews of a scene: one sample of a small picture at a time, which the page averages.
+
+use super::{Failure, bad};
+use crate::picture::Picture;
+use crate::server::{Response, Status};
+use io::Loaded;
+use serde::Deserialize;
+use serde_json::Value;
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::{Mutex, TryLockError};
+use std::time::Duration;
+use transport::Film;
+use transport::film::{FilmSpec, FilmWindow};
+use transport::render::{Handle, RenderOptions, render_watched};
+use transport::scene::{Scene, SceneProblem};
+use transport::sensor::Camera;
+
+/// Largest number of pixels of a picture.
+const MAX_PIXELS: usize = 1 << 18;
+/// Time after which a sample ends without a result.
+const TIME_LIMIT: Duration = Duration::from_secs(10);
+/// Time between two requests to end a sample.
+const RETRY_PAUSE: Duration = Duration::from_millis(100);
+/// Estimators in the order of preference: a scene may rule out the first.
+const ESTIMATORS: [&str; 2] = ["preview", "path"];
+
+/// Request for a sample of a picture.
+#[derive(Deserialize)]
+struct PictureRequest {
+    /// Width and height in pixels.
+    size: [usize; 2],
+    /// Number of the sample.
+    number: u64,
+    /// Place of the camera; `None` for the camera of the scene.
+    camera: Option<CameraRequest>,
+}
+
+/// Pinhole camera. `fov` is the full horizontal angle in degrees.
+#[derive(Deserialize)]
+struct CameraRequest {
+    from: [f64; 3],
+    to: [f64; 3],
+    up: [f64; 3],
+    fov: f64,
+}
+
+/// Responds with a sample of a picture: the exposure in stops, then red, green and blue of each
+/// pixel. Pages ask again if another picture is being made.
+pub(super) fn picture(loaded: &Loaded, body: &Value) -> Result<Response, Failure> {
+    static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+    let _place = match ONE_AT_A_TIME.try_lock() {
+        Err(TryLockError::WouldBlock) => {
+            let message = "another picture is being made";
+            return Err((Status::TooManyRequests, message.to_owned()));
+        }
+        Err(TryLockError::Poisoned(place)) => place.into_inner(),
+        Ok(place) => place,
+    };
+    let request = PictureRequest::deserialize(body).map_err(bad)?;
+    let [width, height] = request.size;
+    let pixels = width.checked_mul(height);
+    if !pixels.is_some_and(|pixels| (1..=MAX_PIXELS).contains(&pixels)) {
+        return Err(bad(format!("size: from 1 to {MAX_PIXELS} pixels")));
+    }
+    let groups = loaded.groups.iter().map(|scene| seen(scene, &request));
+    let groups = groups.collect::<Result<Vec<Scene>, Failure>>()?;
+    let film = sample(loaded, &groups, request.number)?;
+    let picture = Picture::of_film(&film, &loaded.channel_names);
+    let shown = picture.focused("").map_err(bad)?.on_screen();
+    let shown = shown.ok_or_else(|| bad("the picture has no colours"))?;
+    let mut values = vec![picture.exposure() as f32];
+    values.extend(shown.pixels.iter().flatten());
+    Ok(Response::floats(values))
+}
+
+/// Returns a scene with the requested camera and size of the picture.
+fn seen(scene: &Scene, request: &PictureRequest) -> Result<Scene, Failure> {
+    let [width, height] = request.size;
+    let film = scene.film();
+    let (sensor, window) = match &request.camera {
+        Some(view) => {
+            let camera = Camera::perspective(view.from, view.to, view.fov).with_up(view.up);
+            let sensor = camera.sensor(width as f64 / height as f64).map_err(bad)?;
+            (sensor, None)
+        }
+        None => {
+            let scale = [
+                width as f64 / film.width as f64,
+                height as f64 / film.height as f64,
+            ];
+            let window = film.window.map(|window| shrunk(&window, scale));
+            (scene.sensor().clone(), window)
+        }
+    };
+    let film = FilmSpec {
+        width,
+        height,
+        window,
+        ..*film
+    };
+    let refused = |problems: Vec<SceneProblem>| {
+        let problem = problems.into_iter().next();
+        bad(problem.map(|p| p.message).unwrap_or_default())
+    };
+    scene.seen_by(sensor, film).map_err(refused)
+}
+
+/// Returns the place of a picture on the image of its sensor, for a picture of another size.
+fn shrunk(window: &FilmWindow, scale: [f64; 2]) -> FilmWindow {
+    let image = [0, 1].map(|i| (window.image[i] as f64 * scale[i]).round().max(1.0) as usize);
+    FilmWindow {
+        image,
+        corner: [0, 1].map(|i| window.corner[i] * scale[i]),
+    }
+}
+
+/// Renders one sample.
+fn sample(loaded: &Loaded, groups: &[Scene], number: u64) -> Result<Film, Failure> {
+    let named = |name: &&str| loaded.renderer_named(name).ok();
+    let named = ESTIMATORS.iter().find_map(named);
+    let renderer = named.ok_or_else(|| bad("the scene shows quantities of rays, not light"))?;
+    let mut options = RenderOptions::new(renderer.renderer, 1, 0);
+    options.first = number;
+    options.hide_emitters = loaded.hide_emitters;
+    let handle = Handle::default();
+    let (done, ended) = channel::<()>();
+    let rendering = std::thread::scope(|scope| {
+        let handle = &handle;
+        scope.spawn(move || {
+            let mut pause = TIME_LIMIT;
+            while ended.recv_timeout(pause) == Err(RecvTimeoutError::Timeout) {
+                handle.request_end();
+                pause = RETRY_PAUSE;
+            }
+        });
+        let rendering = render_watched(groups, &options, handle, |_| {
+            std::ops::ControlFlow::Continue(())
+        });
+        drop(done);
+        rendering
+    });
+    if rendering.film.count(0) == 0 {
+        return Err(bad("a sample of this picture takes more than ten seconds"));
+    }
+    Ok(rendering.film)
+}
