@@ -1,5 +1,5 @@
 //! Light that photons around a vertex of a sensor path scatter towards the sensor
-//! (docs/theory.md#photon-maps).
+//! (docs/theory.md#photon-maps, docs/theory.md#previews).
 
 use super::kernel::{Kernel, kernel_points};
 use super::map::PhotonMap;

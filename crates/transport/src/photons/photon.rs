@@ -111,7 +111,7 @@ pub(crate) fn stored(
 
 /// Returns true if a path from the sensor that scatters once, with connections to emitters, cannot
 /// find the light that arrives at a vertex of a light subpath: light that has been scattered before,
-/// or light of a point-like emitter that no connection finds.
+/// or light of a point-like emitter that no connection finds (docs/theory.md#previews).
 pub(crate) fn is_indirect(scene: &Scene, light: &LightPath, vertex: usize) -> bool {
     let vertices = &light.subpath.vertices;
     let is_scattered = vertices[..vertex].iter().any(|before| !before.specular);
