@@ -592,7 +592,7 @@ INTEGRATORS = {
     ),
     "integrator-path": (f"{UNDER}, 96 samples per pixel: the caustic is noisy", lambda: caustic({"type": "path"}, 96)),
     "integrator-photon": (f"{UNDER}, 64 photon maps", lambda: caustic({"type": "photon"}, 64)),
-    "integrator-preview": (f"{UNDER}, 16 photon maps", lambda: caustic({"type": "preview"}, 16)),
+    "integrator-preview": (f"{UNDER}, 400 photon maps", lambda: caustic({"type": "preview"}, 400)),
     "integrator-sppm": (f"{UNDER}, 64 photon maps", lambda: caustic({"type": "sppm"}, 64)),
     "integrator-vcm": (f"{UNDER}, 48 samples per pixel", lambda: caustic({"type": "vcm"}, 48)),
 }

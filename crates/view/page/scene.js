@@ -222,7 +222,8 @@ export class ScenePage {
     }
 
     showPicture(picture, about) {
-        if (this.canvas && !this.canvas.hidden) {
+        const isOfView = this.canvas && !this.canvas.hidden;
+        if (isOfView) {
             const ratio = window.devicePixelRatio || 1;
             [this.canvas.width, this.canvas.height] = [this.surface.clientWidth * ratio, this.surface.clientHeight * ratio];
             fill(this.canvas, picture);
@@ -230,7 +231,7 @@ export class ScenePage {
             this.image = picture;
             this.develop();
         }
-        document.body.dataset.picture = JSON.stringify(about);
+        document.body.dataset.picture = JSON.stringify({ ...about, isOfView });
     }
 
     list() {
