@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Measures the cost of the viewer's page (docs/guides/viewer.md#limits).
 
-Measures memory for an image of 3840 × 2160 pixels and for a volume of 256³ cells, and frames per
-second of the view in three dimensions with 10,000 segments of rays.
+Measures memory for an image of 3840 × 2160 pixels and for a volume of 256³ cells, slices of this
+volume per second, frames per second of the view in three dimensions with 10,000 segments of rays,
+and the time to the first preview of scenes.
 
 Memory is the memory of the page's process in Chromium (resident, without shared pages) and of the
 program. Chromium draws in software (SwiftShader), far slower than a GPU. Needs Playwright, Chromium
@@ -20,7 +21,7 @@ import tempfile
 import time
 
 import numpy as np
-from viewer_pictures import PATIENCE, ROOT, SCENES, SIZE, options, settle
+from viewer_pictures import PATIENCE, ROOT, SCENES, SIZE, options, settle, until
 from playwright.sync_api import sync_playwright
 
 SEGMENTS = """count => { const stage = window.viewer.page().stage;
@@ -28,6 +29,17 @@ SEGMENTS = """count => { const stage = window.viewer.page().stage;
         [Math.cos(i / 16 + r), Math.sin(i / 16 + r), i / 50 - 1]) }));
     stage.setRays(rays); stage.frameRate(2);
     return [stage.frameRate(20), stage.renderer.info.render.calls]; }"""
+
+
+SLICES = """async () => { const start = performance.now();
+    for (let i = 0; i < 60; i += 1) {
+        const before = document.body.dataset.shown;
+        window.viewer.state.set({ at0: String(100 + i) });
+        while (document.body.dataset.shown === before) await new Promise(requestAnimationFrame);
+    }
+    return 60000 / (performance.now() - start); }"""
+PREVIEW = "JSON.parse(document.body.dataset.picture ?? '{}')"
+VIEWED = ("luneburg_fog", "grin_glass", "aquarium_laser", "laser_tank", "acousto_optic_tissue")
 
 
 def resident(pid):
@@ -108,6 +120,7 @@ def volumes(desk):
         np.random.default_rng(1).random((256, 256, 256), np.float32),
     )
     desk.tell("volume of 256 x 256 x 256 cells", desk.show("a.npy"))
+    print(f"slices one after the other: {desk.page.evaluate(SLICES):.0f} per second", flush=True)
     desk.page.evaluate("window.viewer.state.set({ sum0: 1 })")
     settle(desk.page)
     desk.tell("the same, as a projection")
@@ -116,6 +129,8 @@ def volumes(desk):
 
 def frames(desk):
     desk.show(SCENES / "luneburg_fog.xml")
+    # Wait until the film is complete.
+    until(desk.page, f"{PREVIEW}.number === 64")
     for count in (100, 10000):
         rate, calls = desk.page.evaluate(SEGMENTS, count)
         print(
@@ -128,6 +143,17 @@ def frames(desk):
     desk.close()
 
 
+def previews(desk):
+    for name in VIEWED:
+        desk.show(SCENES / f"{name}.xml", state="picture=1")
+        # Turn the view, and wait for its first picture, and for one of all pixels.
+        desk.page.evaluate("delete document.body.dataset.picture; window.viewer.page().stage.look('x')")
+        until(desk.page, f"{PREVIEW}.scale === 1")
+        first, whole = desk.page.evaluate(f"[{PREVIEW}.first, {PREVIEW}.milliseconds]")
+        print(f"preview of {name}: {first:.0f} ms, of all pixels {whole:.0f} ms", flush=True)
+        desk.close()
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--program", type=pathlib.Path, default=ROOT / "target/release/morgana")
@@ -138,7 +164,7 @@ def main():
         page = browser.new_page(viewport=SIZE)
         page.set_default_timeout(1000 * PATIENCE)
         desk = Desk(program, page, pathlib.Path(folder))
-        for measure in (images, volumes, frames):
+        for measure in (images, volumes, frames, previews):
             measure(desk)
         browser.close()
 

@@ -817,9 +817,9 @@ def test_notebooks_show_the_page_without_a_server(page, fluence):
     html, script = {"body": HOST, "content_type": "text/html"}, {"body": view.widget._esm, "content_type": "text/javascript"}
     page.route("http://127.0.0.1:9/**", lambda route: route.fulfill(**(script if route.request.url.endswith("widget.js") else html)))
     page.goto("http://127.0.0.1:9/")
-    page.wait_for_selector("iframe")
+    # The frame is empty before the document is complete.
+    page.frame_locator("iframe").locator("body[data-shown]").wait_for()
     frame = page.frames[-1]
-    until(frame, "document.body.dataset.shown")
     np.testing.assert_array_equal(first_plane(frame), result.image[..., 0].ravel())
     shown(frame, lambda: control(frame, "item").select_option("1"))
     picture(page, "notebook")

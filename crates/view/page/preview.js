@@ -9,50 +9,60 @@ const COARSE = 8;
 const LONGEST = 480;
 /** Samples of the finest picture. */
 const SAMPLES = 64;
+/** A name of this page: the program gives up a picture if its page wants another. */
+const PAGE = String(Math.random());
 /** Milliseconds and samples after which a coarse picture gives way to a finer one. */
 const ENOUGH = { milliseconds: 250, samples: 8 };
 
 export class Preview {
-    /** `onPicture(picture, { number, scale, milliseconds })`: a better picture is there; `onError(message)`: there will be none. */
+    /** `onPicture(picture, { number, scale, first, milliseconds })`: a better picture is there, so many milliseconds after the wish; `onError(message)`: there will be none. */
     constructor(index, onPicture, onError) {
-        Object.assign(this, { index, onPicture, onError, wanted: null, isBusy: false });
+        Object.assign(this, { index, onPicture, onError, turn: 0, isCoarse: false, waiting: null });
     }
 
     /** Makes pictures of a size, of a camera (null for the scene's own), until there is another wish. */
-    async want(camera, [width, height]) {
+    want(camera, [width, height]) {
         const shrink = Math.max(1, width / LONGEST, height / LONGEST);
-        this.wanted = { camera, size: [width / shrink, height / shrink], since: performance.now() };
-        if (this.isBusy) return;
-        this.isBusy = true;
-        while (this.wanted) {
-            const job = this.wanted;
-            this.wanted = null;
-            this.isStopped = false;
-            try {
-                await this.refine(job);
-            } catch (error) {
-                if (!this.wanted) this.onError(error.message);
-            }
-        }
-        this.isBusy = false;
+        const job = { camera, size: [width / shrink, height / shrink], since: performance.now() };
+        // The first, coarse sample takes little time. The program gives up others.
+        if (this.isCoarse) this.waiting = job;
+        else this.start(job);
     }
 
     /** Makes no more pictures. */
     stop() {
-        this.wanted = null;
-        this.isStopped = true;
+        this.turn += 1;
+        this.waiting = null;
+        this.isCoarse = false;
     }
 
-    async refine({ camera, size: whole, since }) {
-        let [scale, number, sums, start] = [COARSE, 0, null, since];
-        while (number < SAMPLES) {
+    async start(job) {
+        const turn = (this.turn += 1);
+        try {
+            await this.refine(job, turn);
+        } catch (error) {
+            if (turn === this.turn && !this.waiting) this.onError(error.message);
+        }
+        if (turn !== this.turn) return;
+        this.isCoarse = false;
+        const next = this.waiting;
+        this.waiting = null;
+        if (next) this.start(next);
+    }
+
+    async refine({ camera, size: whole, since }, turn) {
+        let [scale, number, sums, start, first] = [COARSE, 0, null, since, null];
+        while (number < SAMPLES && turn === this.turn && !this.waiting) {
             const size = whole.map((n) => Math.max(1, Math.round(n / scale)));
-            const values = await api.postFloats(`${this.index}/picture`, { size, number, camera });
-            if (this.wanted || this.isStopped) return;
+            this.isCoarse = first === null;
+            const values = await api.postFloats(`${this.index}/picture`, { page: PAGE, size, number, camera });
+            if (turn !== this.turn) return;
             number += 1;
             sums = sums ? sums.map((sum, i) => sum + values[i]) : values;
             const now = performance.now();
-            this.onPicture(drawn(sums, size, number), { number, scale, milliseconds: now - since });
+            first ??= now - since;
+            this.isCoarse = false;
+            this.onPicture(drawn(sums, size, number), { number, scale, first, milliseconds: now - since });
             const isEnough = now - start > ENOUGH.milliseconds || number >= ENOUGH.samples;
             if (scale > 1 && isEnough) [scale, number, sums, start] = [scale / 2, 0, null, now];
         }

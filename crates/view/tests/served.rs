@@ -341,3 +341,55 @@ fn floods_are_held_off() {
     std::thread::sleep(Duration::from_millis(100));
     assert_eq!(get(&server, "api/items", "").0, 200);
 }
+
+/// A point light in a ball of haze, and a camera.
+const SCENE: &str = r#"<scene version="3.0.0">
+  <sensor type="perspective"><float name="fov" value="40"/>
+    <transform name="to_world"><lookat origin="0,0,-5" target="0,0,0" up="0,1,0"/></transform>
+    <film type="hdrfilm"><integer name="width" value="8"/><integer name="height" value="6"/></film></sensor>
+  <emitter type="point"><point name="position" x="0.3" y="0" z="0"/></emitter>
+  <shape type="sphere"><bsdf type="null"/>
+    <medium type="homogeneous" name="interior"><float name="sigma_t" value="2"/></medium></shape>
+</scene>"#;
+
+#[test]
+fn previews_have_the_wanted_size_and_view() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.xml");
+    std::fs::write(&path, SCENE).unwrap();
+    let page = Page::new(vec![Item::open(&path, &ItemOptions::default()).unwrap()]);
+    let picture = |body: &str| page.respond("POST", "api/0/picture", body.into());
+    let own = picture(r#"{"page": "a", "size": [8, 6], "number": 0, "camera": null}"#);
+    let values = floats(&own.content);
+    assert_eq!((own.status, values.len()), (200, 1 + 3 * 8 * 6));
+    assert!(values[1..].iter().any(|value| *value > 0.0));
+    // A camera that looks away sees nothing.
+    let camera = r#""camera": {"from": [0, 0, -5], "to": [0, 0, -9], "up": [0, 1, 0], "fov": 40}"#;
+    let away = picture(&format!(
+        r#"{{"page": "a", "size": [4, 4], "number": 0, {camera}}}"#
+    ));
+    assert_eq!(away.status, 200);
+    assert_eq!(floats(&away.content)[1..], [0.0; 48]);
+    for (body, expected) in [
+        (
+            r#"{"page": "a", "size": [0, 6], "number": 0}"#,
+            "size: from 1 to 262144 pixels",
+        ),
+        (
+            r#"{"page": "a", "size": [4294967296, 4294967296], "number": 0}"#,
+            "size: from 1 to 262144 pixels",
+        ),
+        (
+            r#"{"page": "a", "size": [4, 4], "number": 0, "camera": {"from": [0, 0, 0], "to": [0, 0, 0], "up": [0, 1, 0], "fov": 40}}"#,
+            "origin and target must be finite and differ",
+        ),
+        (r#"{"size": [4, 4], "number": 0}"#, "missing field `page`"),
+    ] {
+        let refused = picture(body);
+        let message = String::from_utf8(refused.content).unwrap();
+        assert!(
+            refused.status == 400 && message.contains(expected),
+            "{message}"
+        );
+    }
+}

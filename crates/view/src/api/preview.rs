@@ -6,8 +6,9 @@ use crate::server::{Response, Status};
 use io::Loaded;
 use serde::Deserialize;
 use serde_json::Value;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
-use std::sync::{Mutex, TryLockError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use transport::Film;
 use transport::film::{FilmSpec, FilmWindow};
@@ -19,14 +20,14 @@ use transport::sensor::Camera;
 const MAX_PIXELS: usize = 1 << 18;
 /// Time after which a sample ends without a result.
 const TIME_LIMIT: Duration = Duration::from_secs(10);
-/// Time between two requests to end a sample.
-const RETRY_PAUSE: Duration = Duration::from_millis(100);
 /// Estimators in the order of preference: a scene may rule out the first.
 const ESTIMATORS: [&str; 2] = ["preview", "path"];
 
 /// Request for a sample of a picture.
 #[derive(Deserialize)]
 struct PictureRequest {
+    /// Name of the page.
+    page: String,
     /// Width and height in pixels.
     size: [usize; 2],
     /// Number of the sample.
@@ -44,19 +45,48 @@ struct CameraRequest {
     fov: f64,
 }
 
-/// Responds with a sample of a picture: the exposure in stops, then red, green and blue of each
-/// pixel. Pages ask again if another picture is being made.
-pub(super) fn picture(loaded: &Loaded, body: &Value) -> Result<Response, Failure> {
-    static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
-    let _place = match ONE_AT_A_TIME.try_lock() {
-        Err(TryLockError::WouldBlock) => {
-            let message = "another picture is being made";
-            return Err((Status::TooManyRequests, message.to_owned()));
+/// Picture that is being made: the name of its page, and its handle.
+static RUNNING: Mutex<Option<(String, Arc<Handle>)>> = Mutex::new(None);
+
+/// Turn to make a picture, one at a time, until it is dropped.
+struct Turn(Arc<Handle>);
+
+impl Turn {
+    /// Takes the turn of a page, and ends the picture that the page wanted before. Returns `None`
+    /// while a picture of another page is being made.
+    fn take(page: &str) -> Option<Self> {
+        let mut running = RUNNING.lock().unwrap_or_else(PoisonError::into_inner);
+        match &*running {
+            Some((other, handle)) if other == page => handle.end_now(),
+            Some(_) => return None,
+            None => {}
         }
-        Err(TryLockError::Poisoned(place)) => place.into_inner(),
-        Ok(place) => place,
-    };
+        let handle = Arc::new(Handle::default());
+        *running = Some((page.to_owned(), handle.clone()));
+        Some(Turn(handle))
+    }
+}
+
+impl Drop for Turn {
+    fn drop(&mut self) {
+        let mut running = RUNNING.lock().unwrap_or_else(PoisonError::into_inner);
+        let is_own = |(_, handle): &(String, Arc<Handle>)| Arc::ptr_eq(handle, &self.0);
+        if running.as_ref().is_some_and(is_own) {
+            *running = None;
+        }
+    }
+}
+
+/// Responds with a sample of a picture: the exposure in stops, then red, green and blue of each
+/// pixel. The response is empty if the page wants another picture by now. A page asks again while
+/// another page's picture is being made.
+pub(super) fn picture(loaded: &Loaded, body: &Value) -> Result<Response, Failure> {
     let request = PictureRequest::deserialize(body).map_err(bad)?;
+    let busy = || {
+        let message = "another page's picture is being made";
+        (Status::TooManyRequests, message.to_owned())
+    };
+    let turn = Turn::take(&request.page).ok_or_else(busy)?;
     let [width, height] = request.size;
     let pixels = width.checked_mul(height);
     if !pixels.is_some_and(|pixels| (1..=MAX_PIXELS).contains(&pixels)) {
@@ -64,7 +94,9 @@ pub(super) fn picture(loaded: &Loaded, body: &Value) -> Result<Response, Failure
     }
     let groups = loaded.groups.iter().map(|scene| seen(scene, &request));
     let groups = groups.collect::<Result<Vec<Scene>, Failure>>()?;
-    let film = sample(loaded, &groups, request.number)?;
+    let Some(film) = sample(loaded, &groups, request.number, &turn.0)? else {
+        return Ok(Response::floats(Vec::new()));
+    };
     let picture = Picture::of_film(&film, &loaded.channel_names);
     let shown = picture.focused("").map_err(bad)?.on_screen();
     let shown = shown.ok_or_else(|| bad("the picture has no colours"))?;
@@ -114,23 +146,27 @@ fn shrunk(window: &FilmWindow, scale: [f64; 2]) -> FilmWindow {
     }
 }
 
-/// Renders one sample.
-fn sample(loaded: &Loaded, groups: &[Scene], number: u64) -> Result<Film, Failure> {
+/// Renders one sample. Returns `None` if the handle has ended it.
+fn sample(
+    loaded: &Loaded,
+    groups: &[Scene],
+    number: u64,
+    handle: &Handle,
+) -> Result<Option<Film>, Failure> {
     let named = |name: &&str| loaded.renderer_named(name).ok();
     let named = ESTIMATORS.iter().find_map(named);
     let renderer = named.ok_or_else(|| bad("the scene shows quantities of rays, not light"))?;
     let mut options = RenderOptions::new(renderer.renderer, 1, 0);
     options.first = number;
     options.hide_emitters = loaded.hide_emitters;
-    let handle = Handle::default();
+    let is_late = AtomicBool::new(false);
     let (done, ended) = channel::<()>();
     let rendering = std::thread::scope(|scope| {
-        let handle = &handle;
+        let is_late = &is_late;
         scope.spawn(move || {
-            let mut pause = TIME_LIMIT;
-            while ended.recv_timeout(pause) == Err(RecvTimeoutError::Timeout) {
-                handle.request_end();
-                pause = RETRY_PAUSE;
+            if ended.recv_timeout(TIME_LIMIT) == Err(RecvTimeoutError::Timeout) {
+                is_late.store(true, Ordering::Relaxed);
+                handle.end_now();
             }
         });
         let rendering = render_watched(groups, &options, handle, |_| {
@@ -139,8 +175,8 @@ fn sample(loaded: &Loaded, groups: &[Scene], number: u64) -> Result<Film, Failur
         drop(done);
         rendering
     });
-    if rendering.film.count(0) == 0 {
+    if is_late.load(Ordering::Relaxed) {
         return Err(bad("a sample of this picture takes more than ten seconds"));
     }
-    Ok(rendering.film)
+    Ok((rendering.film.count(0) > 0).then_some(rendering.film))
 }
