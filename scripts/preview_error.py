@@ -78,7 +78,7 @@ def main():
                 errors = []
                 for time in TIMES:
                     found = [render(program, file, integrator, time, seed) for seed in (1, 2, 3)]
-                    relative = [np.inf if blocks is None else np.median(np.abs(blocks / reference - 1)[is_lit]) for blocks in found]
+                    relative = [np.inf if blocks is None else np.median(np.abs(blocks[is_lit] / reference[is_lit] - 1)) for blocks in found]
                     errors.append(f"{time} {np.median(relative):.2f}")
                 print(f"{name}, {integrator}: {', '.join(errors)}", flush=True)
 
