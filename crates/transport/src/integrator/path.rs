@@ -6,17 +6,18 @@
 mod connecting;
 mod indirect;
 mod roulette;
+mod state;
 
+use self::state::{Next, PathLength, SampledEdge};
 use super::Contribution;
 use crate::Spectrum;
 use crate::connection_end::{ConnectionEnd, OnSurface};
 use crate::emitter::EmittedRay;
 use crate::film::PathFacts;
 use crate::path::{
-    BranchPoint, Connection, ConnectionTarget, Edge, EdgePart, EmittedAlong, End, Equiangular,
-    FoundBranch, FoundPath, NeeSlot, PathLog, Resampling, Sampling, Split, SplitSample, Start,
-    SubpathEnd, TransportMode, Vertex, Weighted, Workspace, environment_end, gather_along, scatter,
-    trace,
+    BranchPoint, Connection, ConnectionTarget, EdgePart, EmittedAlong, End, FoundBranch, FoundPath,
+    NeeSlot, PathLog, Resampling, Sampling, SplitSample, Start, SubpathEnd, TransportMode, Vertex,
+    Weighted, Workspace, environment_end, gather_along, scatter, trace,
 };
 use crate::photons::PhotonsAround;
 use crate::sampling::Sampler;
@@ -50,67 +51,6 @@ impl Default for PathTracer {
 /// the largest MIS weight that connections may have. Small weights are thus computed rarely.
 const DISCOVERY_OVERSAMPLING: f64 = 4.0;
 
-/// The next ray of the path, with the data that its MIS weight needs.
-struct Next {
-    start: Start,
-    /// Throughput in basic radiance, including n² of the sensor.
-    throughput: Spectrum,
-    /// Vertex that scattered the ray, and the density of the direction. `None` if no connection
-    /// competes (at the sensor, or along a specular lobe).
-    from: Option<(Vertex, f64)>,
-    /// Length of the path up to the start of this ray.
-    length: PathLength,
-    /// True if the light that volumes emit along the edge is still to be added.
-    gathers: bool,
-    /// True if photons bring the light that arrives at the start of the ray after scattering: the
-    /// ray only finds emitters.
-    is_last: bool,
-}
-
-impl Next {
-    /// Returns the next ray of the other branch of a split edge, or `None` if the branch
-    /// contributes nothing.
-    fn split_off(&self, split: &Split) -> Option<Self> {
-        let throughput = self.throughput * split.throughput;
-        // Planted error "splitting that are followed where they bring nothing", found by morgana-transport/transport::first_vertex::a_split_that_brings_nothing_is_left:
-        // true.then(|| Next {
-        (!throughput.is_zero()).then(|| Next {
-            start: split.start,
-            throughput,
-            from: None,
-            // The reflection counts like an edge.
-            // Planted error "splitting that start anew", found by morgana-transport/transport::first_vertex::reflections_have_no_variance:
-            // length: self.length,
-            length: self.length.and(0, split.optical_length),
-            // The split edge already gathered for both branches.
-            // Planted error "what volumes emit counted by both parts of a split path", found by morgana-transport/transport::sources::volumes::split_rays_gather_once:
-            // gathers: true,
-            gathers: false,
-            is_last: false,
-        })
-    }
-}
-
-/// Length of a part of a path.
-#[derive(Clone, Copy, Default)]
-struct PathLength {
-    edges: u32,
-    /// Number of edges and specular events.
-    depth: u32,
-    optical_length: f64,
-}
-
-impl PathLength {
-    /// Returns the length with another edge, which passes some specular events.
-    fn and(self, events: u32, optical_length: f64) -> Self {
-        PathLength {
-            edges: self.edges.saturating_add(1),
-            depth: self.depth.saturating_add(1 + events),
-            optical_length: self.optical_length + optical_length,
-        }
-    }
-}
-
 /// Light from a connection, and its length.
 struct Light<W> {
     value: Spectrum,
@@ -124,33 +64,6 @@ struct Light<W> {
     optical_length: f64,
     /// Arcs of the connection, as the log stores them.
     connection_log: W,
-}
-
-/// An edge of a path, with the path up to the edge.
-struct SampledEdge<'p> {
-    edge: &'p Edge<'p>,
-    /// Ray that was followed.
-    next: &'p Next,
-    /// Channel probabilities with which the edge was sampled.
-    channel_pdf: Spectrum,
-    /// Length of the path up to the end of the edge.
-    length: PathLength,
-    /// Cached equiangular density along the edge, with the position around which it was last
-    /// needed.
-    around: Cell<Option<(DVec3, Option<Equiangular>)>>,
-}
-
-impl SampledEdge<'_> {
-    /// Returns the equiangular density along the edge around a position.
-    fn around(&self, scene: &Scene, place: DVec3) -> Option<Equiangular> {
-        // Planted error "distances around one light taken for those around another", found by morgana-transport/transport::connections::two_points_add_up_in_thick_fog:
-        // let known = self.around.get();
-        let known = self.around.get().filter(|(at, _)| *at == place);
-        let (_, around) =
-            known.unwrap_or_else(|| (place, Equiangular::new(scene, self.edge, place)));
-        self.around.set(Some((place, around)));
-        around
-    }
 }
 
 /// An emitter that an edge hit.
@@ -178,7 +91,9 @@ pub(crate) struct PathFinds<'a, L> {
 /// Sensor ray along which paths are sampled.
 #[derive(Clone, Copy)]
 pub(crate) struct PathRequest<'a> {
+    /// Scene at the instant of the sample.
     pub scene: &'a Scene,
+    /// Sensor ray.
     pub ray: SensorRay,
     /// Number of channels in use.
     pub channels: usize,
