@@ -18,7 +18,7 @@ use transport::sampling::Replicates;
 
 const MAGIC: &[u8; 8] = b"morgana\x1a";
 /// Format number; it increases with every change of the stored data.
-const FORMAT: u32 = 15;
+const FORMAT: u32 = 16;
 /// Name of the setting that records the integrator of the render.
 pub(crate) const INTEGRATOR: &str = "integrator";
 /// Name of the setting that records why the integrator was chosen.

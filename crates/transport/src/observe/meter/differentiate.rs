@@ -54,10 +54,8 @@ struct Absorbed {
 
 /// Estimate of ∫ power ds in a cell.
 struct Track<'e> {
-    /// Cell of the fluence among the cells of all meters, and distance between the cells of its
-    /// quantities.
+    /// Cell of the fluence among the cells of all meters.
     cell: usize,
-    distance: usize,
     /// Frequencies of modulated fluence, and the optical path length from the emitter.
     modulated: Option<(&'e FrequencyDomain, f64)>,
     /// Arc from the end of the tape to the point, up to θ, if the point lies beyond the tape.
@@ -194,9 +192,9 @@ impl TapeRecorder<'_> {
     fn fly(&mut self, flight: &Flight, meter: &FluenceMeter, first: usize) {
         let (arc, medium) = (&flight.span.arc, flight.span.medium);
         let mut cuts = std::mem::take(&mut self.notes.cuts);
-        meter.pieces_of(flight, &mut cuts, |cell, piece| {
-            let (cell, distance) = (first + cell, meter.cells());
-            let mut cells = (0..meter.rows()).map(|k| cell + k * distance);
+        meter.pieces_of(flight, &mut cuts, |bin, piece| {
+            let cell = first + bin * meter.values();
+            let mut cells = cell..cell + meter.values_at_once();
             if cells.all(|c| self.wanted.of_cell(c).is_none()) {
                 return;
             }
@@ -204,7 +202,6 @@ impl TapeRecorder<'_> {
             let optical_length = || flight.optical_length + arc.optical_length(theta);
             self.leave(&Track {
                 cell,
-                distance,
                 modulated: meter
                     .frequency_domain
                     .as_ref()
@@ -221,10 +218,9 @@ impl TapeRecorder<'_> {
 
     /// Records a collision at the end of the tape.
     fn collide(&mut self, collision: &Collision, meter: &FluenceMeter, first: usize) {
-        if let Some(cell) = meter.cell_of(collision) {
+        if let Some(bin) = meter.bin_of(collision) {
             self.leave(&Track {
-                cell: first + cell,
-                distance: meter.cells(),
+                cell: first + bin * meter.values(),
                 modulated: meter
                     .frequency_domain
                     .as_ref()
@@ -240,16 +236,13 @@ impl TapeRecorder<'_> {
 
     /// Records the scores of a track: its length, and the power absorbed along it.
     fn leave(&mut self, track: &Track) {
-        let of_cell = |k: usize| self.wanted.of_cell(track.cell + k * track.distance);
-        let [fluence, absorbed] = [0, 1].map(of_cell);
+        let [fluence, absorbed] = [0, 1].map(|k| self.wanted.of_cell(track.cell + k));
         if let Some((row, weights)) = fluence {
             self.contribute(row, track.path * weights, track);
         }
         if let Some((domain, optical_length)) = track.modulated {
-            for (k, factor) in domain.factors(optical_length).into_iter().enumerate() {
-                if let Some((row, weights)) =
-                    self.wanted.of_cell(track.cell + (2 + k) * track.distance)
-                {
+            for (cell, factor) in (track.cell + 2..).zip(domain.factors(optical_length)) {
+                if let Some((row, weights)) = self.wanted.of_cell(cell) {
                     self.contribute(row, track.path * weights * factor, track);
                 }
             }

@@ -14,7 +14,8 @@ const MAX_PIECES: u32 = 8;
 /// Fluence in a cell, with the modulation of one of its pieces.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Dwell {
-    pub cell: usize,
+    /// Bin of the cell.
+    pub bin: usize,
     pub fluence: Spectrum,
     pub modulation: DVec2,
     pieces: u32,
@@ -22,19 +23,19 @@ pub(super) struct Dwell {
 
 impl Dwell {
     /// Creates a dwell from the first piece in a cell.
-    pub(super) fn new(cell: usize, fluence: Spectrum, modulation: DVec2) -> Self {
+    pub(super) fn new(bin: usize, fluence: Spectrum, modulation: DVec2) -> Self {
         Dwell {
-            cell,
+            bin,
             fluence,
             modulation,
             pieces: 1,
         }
     }
 
-    /// Returns true if another piece in a cell can be added. With several channels each piece keeps
+    /// Returns true if another piece in a bin can be added. With several channels each piece keeps
     /// its own modulation, because pieces may differ in colour.
-    pub(super) fn continues(&self, cell: usize, channels: usize) -> bool {
-        self.cell == cell && self.pieces < MAX_PIECES && channels == 1
+    pub(super) fn continues(&self, bin: usize, channels: usize) -> bool {
+        self.bin == bin && self.pieces < MAX_PIECES && channels == 1
     }
 
     /// Adds a piece. The random number `u` in [0, 1) chooses between the pieces, and then samples

@@ -10,6 +10,7 @@
 use super::dwell::Dwell;
 use super::flight::{Collision, Flight, FreeFlightLeg};
 use super::grid::{Coordinates, MeterGrid};
+use super::layout::CellLayout;
 use super::reading::{Quantity, ReadingAxis, Value};
 use super::tagging::Tagging;
 use super::tally::Scores;
@@ -55,29 +56,27 @@ pub struct FluenceMeter {
 pub(super) type Cuts = Vec<f64>;
 
 impl FluenceMeter {
-    /// Returns the number of bins of optical length times number of cells.
-    pub(super) fn cells(&self) -> usize {
-        let bins = self.optical_length.map_or(1, |bins| bins.count);
-        bins.saturating_mul(self.grid.cells())
-    }
-
-    /// Returns the number of cells of all quantities.
-    pub(super) fn slots(&self) -> usize {
-        let parts = self.sidebands.map_or(0, |sidebands| sidebands.parts());
-        self.cells().saturating_mul(self.rows() + parts)
-    }
-
-    /// Returns the number of cells of readings whose sums are kept for other readings.
-    pub(super) fn cells_read_twice(&self) -> usize {
-        match &self.frequency_domain {
-            Some(domain) => self.cells().saturating_mul(1 + domain.parts()),
-            None => 0,
+    /// Returns the order of cells. Bins are cells of the grid in gates of optical length; the grid's
+    /// cells vary fastest.
+    pub(super) fn layout(&self) -> CellLayout {
+        let gates = self.optical_length.map_or(1, |gates| gates.count);
+        CellLayout {
+            totals: 0,
+            bins: gates.saturating_mul(self.grid.cells()),
+            values: self.values(),
         }
     }
 
-    /// Returns the number of values that a cell always receives together: fluence, absorbed power,
+    /// Returns the number of values of a bin.
+    #[inline]
+    pub(super) fn values(&self) -> usize {
+        self.values_at_once() + self.sidebands.map_or(0, |sidebands| sidebands.parts())
+    }
+
+    /// Returns the number of values that a bin always receives together: fluence, absorbed power,
     /// and the parts of modulated fluence.
-    pub(super) fn rows(&self) -> usize {
+    #[inline]
+    pub(super) fn values_at_once(&self) -> usize {
         let frequencies = self.frequency_domain.as_ref();
         2 + frequencies.map_or(0, FrequencyDomain::parts)
     }
@@ -96,16 +95,16 @@ impl FluenceMeter {
             Coordinates::Cylindrical | Coordinates::Spherical => self.grid.cells(),
         };
         let volumes: Vec<f64> = (0..different).map(|c| self.grid.volume(c)).collect();
-        let quantity = |name, first| Quantity {
+        let layout = self.layout();
+        let quantity = |name, value| Quantity {
             name,
             axes: axes.clone(),
-            first,
+            cells: layout.part(value, 1),
             measures: volumes.clone(),
             unsigned: None,
             value: Value::Mean,
         };
-        let cells = self.cells();
-        let mut quantities = vec![quantity("fluence", 0), quantity("absorbed", cells)];
+        let mut quantities = vec![quantity("fluence", 0), quantity("absorbed", 1)];
         if let Some(domain) = &self.frequency_domain {
             let names = [
                 "fluence_in_phase",
@@ -113,39 +112,40 @@ impl FluenceMeter {
                 "fluence_amplitude",
                 "fluence_phase",
             ];
-            let parts = quantity("fluence", 2 * cells);
-            quantities.extend(parts.of_frequencies(domain, names, 0));
+            let unmodulated = layout.part(0, 1);
+            quantities.extend(quantity("fluence", 2).of_frequencies(domain, names, unmodulated));
         }
         if let Some(sidebands) = &self.sidebands {
             let names = ["fluence_sidebands", "fluence_correlation"];
-            let parts = quantity("fluence", self.rows() * cells);
+            let parts = quantity("fluence", self.values_at_once());
             quantities.extend(parts.of_parts(sidebands, names));
         }
         quantities
     }
 
-    /// Returns the index of a point's bin and cell, as a slot without channels.
+    /// Returns the index of the bin at a point.
     fn locate(&self, x: DVec3, optical_length: f64) -> Option<usize> {
-        let bin = match &self.optical_length {
+        let gate = match &self.optical_length {
             None => 0,
-            Some(bins) => bins.index(optical_length)?,
+            Some(gates) => gates.index(optical_length)?,
         };
-        Some(bin * self.grid.cells() + self.grid.cell(x)?)
+        Some(gate * self.grid.cells() + self.grid.cell(x)?)
     }
 
-    /// Adds fluence and absorbed power to a cell. `factors` computes the factors of the parts of
+    /// Adds fluence and absorbed power to a bin. `factors` computes the factors of the parts of
     /// modulated fluence.
     #[inline]
     fn score(
         &self,
-        cell: usize,
+        bin: usize,
         [fluence, absorbed]: [Spectrum; 2],
         factors: impl FnOnce(&FrequencyDomain) -> Factors,
         slots: &mut Slots,
     ) {
+        let cell = bin * self.values();
         let Some(domain) = &self.frequency_domain else {
             for c in 0..slots.channels {
-                slots.add_row(cell, self.cells(), c, &[fluence[c], absorbed[c]]);
+                slots.add_row(cell, c, &[fluence[c], absorbed[c]]);
             }
             return;
         };
@@ -153,27 +153,27 @@ impl FluenceMeter {
         for c in 0..slots.channels {
             let mut row: SmallVec<[f64; 8]> = smallvec![fluence[c], absorbed[c]];
             row.extend(factors.iter().map(|factor| fluence[c] * factor));
-            slots.add_row(cell, self.cells(), c, &row);
+            slots.add_row(cell, c, &row);
         }
     }
 
-    /// Adds the parts of the fluence in a cell. `modulation` computes the fluence's modulation from
+    /// Adds the parts of the fluence in a bin. `modulation` computes the fluence's modulation from
     /// the random number `u` in [0, 1).
     #[inline]
     fn score_parts(
         &self,
-        cell: usize,
+        bin: usize,
         fluence: Spectrum,
         u: f64,
         modulation: impl FnOnce(f64) -> DVec2,
         (dwell, slots): (&mut Option<Dwell>, &mut Slots),
     ) {
         match dwell {
-            Some(dwell) if dwell.continues(cell, slots.channels) => {
+            Some(dwell) if dwell.continues(bin, slots.channels) => {
                 dwell.add(fluence, u, modulation)
             }
             _ => {
-                let next = Dwell::new(cell, fluence, modulation(u));
+                let next = Dwell::new(bin, fluence, modulation(u));
                 if let Some(last) = dwell.replace(next) {
                     self.score_dwell(&last, slots);
                 }
@@ -190,12 +190,8 @@ impl FluenceMeter {
 
     fn score_dwell(&self, dwell: &Dwell, slots: &mut Slots) {
         if let Some(sidebands) = &self.sidebands {
-            let cells = self.cells();
-            let parts = PartSlots {
-                first: self.rows() * cells + dwell.cell,
-                stride: cells,
-            };
-            slots.add_parts(parts, dwell.fluence, &sidebands.shares(dwell.modulation));
+            let first = dwell.bin * self.values() + self.values_at_once();
+            slots.add_parts(first, dwell.fluence, &sidebands.shares(dwell.modulation));
         }
     }
 
@@ -219,7 +215,7 @@ impl FluenceMeter {
         } = scoring;
         // Score w ∫ ds of each piece, eq. (track lengths and collisions).
         let (uniform, segment) = (flight.uniform(), Segment::of(flight));
-        self.pieces(&segment, cuts, |cell, piece| {
+        self.pieces(&segment, cuts, |bin, piece| {
             let (theta, values) = match uniform {
                 Some([power, absorption]) => {
                     let fluence = power * piece.length();
@@ -235,12 +231,12 @@ impl FluenceMeter {
                 Some(theta) => domain.factors(segment.optical_length_at(theta)),
                 None => piece.factors(&segment, domain, sampler),
             };
-            self.score(cell, values, factors, slots);
+            self.score(bin, values, factors, slots);
             if let Some(tagging) = tagged {
                 let place = |u| theta.unwrap_or_else(|| piece.place(&flight.span.arc, u));
                 let modulation = |u| tagging.until(place(u));
                 let u = sampler.next_1d();
-                self.score_parts(cell, values[0], u, modulation, (dwell, slots));
+                self.score_parts(bin, values[0], u, modulation, (dwell, slots));
             }
         });
     }
@@ -279,15 +275,15 @@ impl FluenceMeter {
             optical_length: free.optical_length,
             lengths: Some(leg.lengths),
         };
-        self.pieces(&segment, cuts, |cell, piece| {
+        self.pieces(&segment, cuts, |bin, piece| {
             let fluence = free.power * piece.length();
             let values = [fluence, fluence * leg.matter.absorption];
             let factors = |domain: &FrequencyDomain| piece.factors(&segment, domain, sampler);
-            self.score(cell, values, factors, slots);
+            self.score(bin, values, factors, slots);
             if let Some(tagging) = tagged {
                 let modulation = |u| tagging.until(piece.place(&leg.arc, u));
                 let u = sampler.next_1d();
-                self.score_parts(cell, fluence, u, modulation, (dwell, slots));
+                self.score_parts(bin, fluence, u, modulation, (dwell, slots));
             }
         });
     }
@@ -300,10 +296,10 @@ impl FluenceMeter {
         }
         let (power, flight) = (event.ray.throughput, event.flight);
         let matter = flight.matter();
-        if let Some(cell) = self.locate(flight.end, event.optical_length) {
+        if let Some(bin) = self.locate(flight.end, event.optical_length) {
             let fluence = power / matter.extinction[flight.channel];
             let values = [fluence, fluence * matter.absorption];
-            self.score_collision(cell, values, event.optical_length, scoring);
+            self.score_collision(bin, values, event.optical_length, scoring);
         }
     }
 
@@ -342,11 +338,11 @@ impl FluenceMeter {
             let length = lengths[0].at(to);
             let middle = 0.5 * (from + to);
             let optical_length = segment.optical_length + lengths[1].at(middle);
-            if let Some(cell) = self.locate(arc.position(middle), optical_length) {
+            if let Some(bin) = self.locate(arc.position(middle), optical_length) {
                 // Planted error "fluence of particles weighted by n²", found by morgana-transport/transport::meters::closed_forms::fluence_in_a_furnace_is_that_of_the_index_squared:
                 // let n2 = arc.velocity(0.0).length_squared(); let (theta, lengths) = ([from, to], [before * n2, length * n2]);
                 let (theta, lengths) = ([from, to], [before, length]);
-                see(cell, Piece { theta, lengths });
+                see(bin, Piece { theta, lengths });
             }
             (from, before) = (to, length);
         }
@@ -432,21 +428,21 @@ impl FluenceMeter {
             return;
         }
         // Score w/σ_t, eq. (track lengths and collisions).
-        if let Some(cell) = self.cell_of(collision) {
+        if let Some(bin) = self.bin_of(collision) {
             let values = [collision.path, collision.absorbed()];
-            self.score_collision(cell, values, collision.optical_length, scoring);
+            self.score_collision(bin, values, collision.optical_length, scoring);
         }
     }
 
     fn score_collision(
         &self,
-        cell: usize,
+        bin: usize,
         values: [Spectrum; 2],
         optical_length: f64,
         scoring: &mut Scoring,
     ) {
         let factors = |domain: &FrequencyDomain| domain.factors(optical_length);
-        self.score(cell, values, factors, &mut scoring.slots);
+        self.score(bin, values, factors, &mut scoring.slots);
         if let Some(tagging) = self.tagged(scoring.tagging) {
             let Scoring {
                 slots,
@@ -456,12 +452,12 @@ impl FluenceMeter {
             } = scoring;
             let modulation = |_| tagging.path().total();
             let u = sampler.next_1d();
-            self.score_parts(cell, values[0], u, modulation, (dwell, slots));
+            self.score_parts(bin, values[0], u, modulation, (dwell, slots));
         }
     }
 
-    /// Returns the cell of a collision, within its gate.
-    pub(super) fn cell_of(&self, collision: &Collision) -> Option<usize> {
+    /// Returns the bin of a collision.
+    pub(super) fn bin_of(&self, collision: &Collision) -> Option<usize> {
         self.locate(collision.point.x, collision.optical_length)
     }
 }
@@ -570,14 +566,6 @@ pub(super) struct Scoring<'a> {
     pub dwell: &'a mut Option<Dwell>,
 }
 
-/// Cells of the parts of one cell's value.
-pub(super) struct PartSlots {
-    /// Cell of the first part.
-    pub first: usize,
-    /// Number of cells from one part to the next.
-    pub stride: usize,
-}
-
 /// Slots of one meter: cells times channels.
 #[derive(Debug)]
 pub(super) struct Slots<'a> {
@@ -596,21 +584,21 @@ impl Slots<'_> {
         }
     }
 
-    /// Adds a value, times the fraction of each part, to the cells of its parts.
-    pub(super) fn add_parts(&mut self, cells: PartSlots, value: Spectrum, shares: &[f64]) {
-        let PartSlots { first, stride } = cells;
+    /// Adds a value, times the fraction of each part, to the cells of its parts, the first of which
+    /// is given.
+    pub(super) fn add_parts(&mut self, first: usize, value: Spectrum, shares: &[f64]) {
         let parts = |c| shares.iter().map(|share| value[c] * share).collect();
         for c in 0..self.channels {
             let values: SmallVec<[f64; 8]> = parts(c);
-            self.add_row(first, stride, c, &values);
+            self.add_row(first, c, &values);
         }
     }
 
-    /// Adds values in one channel to the cells `first`, `first` + `stride`, and so on, which always
-    /// receive values together.
+    /// Adds values in one channel to the cells from `first` on, which always receive values
+    /// together.
     #[inline]
-    fn add_row(&mut self, first: usize, stride: usize, channel: usize, values: &[f64]) {
+    fn add_row(&mut self, first: usize, channel: usize, values: &[f64]) {
         let slot = self.first + first * self.channels + channel;
-        self.scores.add_row(slot, stride * self.channels, values);
+        self.scores.add_row(slot, self.channels, values);
     }
 }

@@ -1,6 +1,7 @@
 //! Linear functionals of readings, whose derivatives are computed: one weighted sum over all
 //! readings, or each bin of one reading. Amplitudes and phases are linear near measured values.
 
+use super::layout::Cells;
 use super::reading::{Quantity, Reading};
 use super::{Meter, Setup};
 use crate::Spectrum;
@@ -20,11 +21,7 @@ enum Rows {
     One,
     /// Each bin of a reading has its own functional. `distance` is the distance of its second cell
     /// from its first, 0 if it has one cell.
-    Each {
-        first: usize,
-        count: usize,
-        distance: usize,
-    },
+    Each { cells: Cells, distance: usize },
 }
 
 impl Functionals {
@@ -32,7 +29,7 @@ impl Functionals {
     pub(crate) fn count(&self) -> usize {
         match self.rows {
             Rows::One => 1,
-            Rows::Each { count, .. } => count,
+            Rows::Each { cells, .. } => cells.count(),
         }
     }
 
@@ -41,13 +38,9 @@ impl Functionals {
     pub(super) fn of_cell(&self, cell: usize) -> Option<(usize, Spectrum)> {
         let row = match self.rows {
             Rows::One => 0,
-            Rows::Each {
-                first,
-                count,
-                distance,
-            } => {
-                let of = |start: usize| cell.checked_sub(start).filter(|row| *row < count);
-                of(first).or_else(|| of(first + distance))?
+            Rows::Each { cells, distance } => {
+                let second = || cells.moved(distance).index(cell);
+                cells.index(cell).or_else(second)?
             }
         };
         let mut weights = Spectrum::ZERO;
@@ -71,8 +64,8 @@ pub(crate) struct Near<'a> {
 /// Reading of a meter as a linear function of the cells of all meters.
 struct Linear<'a> {
     quantity: Quantity,
-    /// Index of the quantity's first cell among the cells of all meters.
-    first: usize,
+    /// Cells of the quantity among the cells of all meters.
+    cells: Cells,
     /// Readings of the in-phase and the quadrature part, for amplitudes and phases.
     parts: Option<[&'a Reading; 2]>,
     near: Near<'a>,
@@ -87,12 +80,10 @@ impl Linear<'_> {
         let mean = |part: &Reading| part.mean[slot] * quantity.measure(bin);
         let parts = || self.parts.map_or([0.0; 2], |parts| parts.map(mean));
         let by = quantity.derivatives(parts);
-        see(self.first + bin, by[0] / quantity.divisor(bin));
-        if quantity.stride() > 0 {
-            see(
-                self.first + quantity.stride() + bin,
-                by[1] / quantity.divisor(bin),
-            );
+        let (cell, distance) = (self.cells.cell(bin), quantity.offset());
+        see(cell, by[0] / quantity.divisor(bin));
+        if distance > 0 {
+            see(cell + distance, by[1] / quantity.divisor(bin));
         }
     }
 }
@@ -127,7 +118,7 @@ impl Setup<'_> {
     pub(crate) fn each_bin(&self, meter: usize, reading: usize, near: Near) -> Functionals {
         let linear = self.linear(meter, reading, near);
         let mut weights = vec![0.0; self.slots()];
-        for bin in 0..linear.quantity.cells() {
+        for bin in 0..linear.cells.count() {
             for c in 0..self.channels {
                 linear.derivatives(bin, c, |cell, derivative| {
                     // Planted error "rows of Jacobians without the measure of their bins", found by morgana-transport/transport::meters::derivatives::derivatives_of_fluence_are_differences:
@@ -140,9 +131,8 @@ impl Setup<'_> {
             weights,
             channels: self.channels,
             rows: Rows::Each {
-                first: linear.first,
-                count: linear.quantity.cells(),
-                distance: linear.quantity.stride(),
+                cells: linear.cells,
+                distance: linear.quantity.offset(),
             },
         }
     }
@@ -151,10 +141,10 @@ impl Setup<'_> {
         let before: usize = self.meters[..meter].iter().map(Meter::cells).sum();
         let mut quantities = self.meters[meter].quantities();
         let of = |readings: &'n [Vec<Reading>]| {
-            let [own, distance] = [quantities[reading].first, quantities[reading].stride()];
-            [own, own + distance].map(|first| {
+            let own = &quantities[reading];
+            [own.cells, own.cells.moved(own.offset())].map(|cells| {
                 let mut all = quantities.iter().zip(&readings[meter]);
-                all.find(|(q, _)| q.is_linear() && q.first == first)
+                all.find(|(q, _)| q.is_linear() && q.cells == cells)
             })
         };
         let parts = match near.readings.map(of) {
@@ -163,7 +153,7 @@ impl Setup<'_> {
         };
         let quantity = quantities.swap_remove(reading);
         Linear {
-            first: before + quantity.first,
+            cells: quantity.cells.moved(before),
             quantity,
             parts,
             near,

@@ -2,7 +2,8 @@
 
 use super::acceptance::Acceptance;
 use super::flight::Passing;
-use super::fluence::{PartSlots, Slots};
+use super::fluence::Slots;
+use super::layout::{CellLayout, Cells};
 use super::positions::Positions;
 use super::reading::{Quantity, ReadingAxis, Value};
 use crate::frequency_domain::{Factors, FrequencyDomain};
@@ -120,34 +121,29 @@ impl IrradianceMeter {
             .saturating_mul(self.positions.bins())
     }
 
-    /// Returns the number of cells of readings whose sums are kept for other readings: of the
-    /// binned power, and of modulated light.
-    pub(super) fn cells_read_twice(&self) -> usize {
+    /// Returns the order of cells. The values of a bin are its power, the parts into which sound
+    /// separates the power, the Stokes parameters, and the parts of modulated light.
+    pub(super) fn layout(&self) -> CellLayout {
         let frequencies = self.frequency_domain.as_ref();
         let modulated = frequencies.map_or(0, FrequencyDomain::parts);
-        self.bins().saturating_mul(2 * (1 + modulated))
+        CellLayout {
+            totals: TOTALS,
+            bins: self.bins().saturating_mul(2),
+            values: self.first_modulated() + modulated,
+        }
     }
 
-    /// Returns the number of cells.
-    pub(super) fn slots(&self) -> usize {
-        let frequencies = self.frequency_domain.as_ref();
-        let modulated = frequencies.map_or(0, FrequencyDomain::parts);
-        let both = self.bins().saturating_mul(2);
-        both.saturating_mul(1 + self.parts() + self.stokes_parameters() + modulated)
-            .saturating_add(TOTALS)
+    /// Returns the first Stokes parameter among the values of a bin.
+    fn first_stokes(&self) -> usize {
+        1 + self.sidebands.map_or(0, |sidebands| sidebands.parts())
     }
 
-    /// Returns the number of Stokes parameters that are measured.
-    fn stokes_parameters(&self) -> usize {
-        if self.stokes { STOKES_PARAMETERS } else { 0 }
+    /// Returns the first part of modulated light among the values of a bin.
+    fn first_modulated(&self) -> usize {
+        self.first_stokes() + if self.stokes { STOKES_PARAMETERS } else { 0 }
     }
 
-    /// Returns the number of parts into which sound separates power.
-    fn parts(&self) -> usize {
-        self.sidebands.map_or(0, |sidebands| sidebands.parts())
-    }
-
-    /// Returns the quantities, in the order of slots. The binned power and the irradiance share
+    /// Returns the quantities. The binned power and the irradiance share
     /// their sums.
     pub(super) fn quantities(&self) -> Vec<Quantity> {
         let sides = Bins {
@@ -163,34 +159,40 @@ impl IrradianceMeter {
         );
         axes.extend(self.cosines.map(|c| ReadingAxis::new("cosine", &c.bins())));
         axes.extend(self.positions.axes());
-        let quantity = |name, axes: &[ReadingAxis], first, measures: &[f64]| Quantity {
+        let layout = self.layout();
+        let power = layout.part(0, 1);
+        let quantity = |name, axes: &[ReadingAxis], cells: Cells, measures: &[f64]| Quantity {
             name,
             axes: axes.to_vec(),
-            first,
+            cells,
             measures: measures.to_vec(),
             unsigned: None,
             value: Value::Mean,
         };
         let mut quantities = vec![
-            quantity("power", std::slice::from_ref(&side), 0, &[1.0]),
-            quantity("optical_moment", &[side], 2, &[1.0]),
+            quantity(
+                "power",
+                std::slice::from_ref(&side),
+                Cells::totals(0, 2),
+                &[1.0],
+            ),
+            quantity("optical_moment", &[side], Cells::totals(2, 2), &[1.0]),
         ];
         if axes.len() > 1 {
-            quantities.push(quantity("binned_power", &axes, TOTALS, &[1.0]));
+            quantities.push(quantity("binned_power", &axes, power, &[1.0]));
         }
         if let Some(areas) = self
             .positions
             .areas()
             .filter(|_| self.acceptance.is_everywhere())
         {
-            quantities.push(quantity("irradiance", &axes, TOTALS, areas));
+            quantities.push(quantity("irradiance", &axes, power, areas));
         }
         if let Some(sidebands) = &self.sidebands {
             let names = ["power_sidebands", "power_correlation"];
-            let parts = quantity("power", &axes, TOTALS + 2 * self.bins(), &[1.0]);
+            let parts = quantity("power", &axes, layout.part(1, 1), &[1.0]);
             quantities.extend(parts.of_parts(sidebands, names));
         }
-        let both = 2 * self.bins();
         if let Some(domain) = &self.frequency_domain {
             let names = [
                 "power_in_phase",
@@ -198,16 +200,16 @@ impl IrradianceMeter {
                 "power_amplitude",
                 "power_phase",
             ];
-            let first = TOTALS + both * (1 + self.parts() + self.stokes_parameters());
-            let parts = quantity("power", &axes, first, &[1.0]);
-            quantities.extend(parts.of_frequencies(domain, names, TOTALS));
+            let cells = layout.part(self.first_modulated(), 1);
+            let parts = quantity("power", &axes, cells, &[1.0]);
+            quantities.extend(parts.of_frequencies(domain, names, power));
         }
         if self.stokes {
             axes.insert(0, ReadingAxis::numbers("stokes", STOKES_PARAMETERS));
-            let first = TOTALS + both * (1 + self.parts());
+            let cells = layout.part(self.first_stokes(), STOKES_PARAMETERS);
             quantities.push(Quantity {
-                unsigned: Some(TOTALS..TOTALS + both),
-                ..quantity("power_stokes", &axes, first, &[1.0])
+                unsigned: Some(power),
+                ..quantity("power_stokes", &axes, cells, &[1.0])
             });
         }
         quantities
@@ -223,28 +225,21 @@ impl IrradianceMeter {
         stokes: Option<&[Spectrum; 4]>,
         slots: &mut Slots,
     ) -> Option<usize> {
-        let both = 2 * self.bins();
         self.scores(passing, |cell, power| {
             slots.add(cell, power);
-            if cell >= TOTALS
-                && let (Some(sidebands), Some(modulation)) = (&self.sidebands, modulation)
-            {
-                let parts = PartSlots {
-                    first: both + cell,
-                    stride: both,
-                };
-                slots.add_parts(parts, power, &sidebands.shares(modulation));
+            if cell < TOTALS {
+                return;
             }
-            if cell >= TOTALS
-                && let Some(stokes) = stokes
-            {
-                let first = both * (1 + self.parts()) + cell;
-                for (k, parameter) in stokes.iter().enumerate() {
-                    slots.add(first + k * both, power * *parameter);
+            if let (Some(sidebands), Some(modulation)) = (&self.sidebands, modulation) {
+                slots.add_parts(cell + 1, power, &sidebands.shares(modulation));
+            }
+            if let Some(stokes) = stokes {
+                for (first, parameter) in (cell + self.first_stokes()..).zip(stokes) {
+                    slots.add(first, power * *parameter);
                 }
             }
-            if let Some((parts, factors)) = self.modulated(cell, passing.optical_length) {
-                slots.add_parts(parts, power, &factors);
+            if let Some((first, factors)) = self.modulated(cell, passing.optical_length) {
+                slots.add_parts(first, power, &factors);
             }
         })
     }
@@ -256,25 +251,24 @@ impl IrradianceMeter {
         self.acceptance.accepts(passing).then_some(surface)
     }
 
-    /// Returns the cells of the parts of modulated light in a bin, and the factors of the parts.
-    /// Returns `None` for totals, and if the meter measures no modulated light.
-    fn modulated(&self, cell: usize, optical_length: f64) -> Option<(PartSlots, Factors)> {
+    /// Returns the first cell of the parts of modulated light in a bin, given the cell of its power,
+    /// and the factors of the parts. Returns `None` for totals, and if the meter measures no
+    /// modulated light.
+    fn modulated(&self, cell: usize, optical_length: f64) -> Option<(usize, Factors)> {
         let domain = self.frequency_domain.as_ref().filter(|_| cell >= TOTALS)?;
-        let both = 2 * self.bins();
-        let parts = PartSlots {
-            first: both * (1 + self.parts() + self.stokes_parameters()) + cell,
-            stride: both,
-        };
-        Some((parts, domain.factors(optical_length)))
+        Some((
+            cell + self.first_modulated(),
+            domain.factors(optical_length),
+        ))
     }
 
     /// Calls `score` like [`scores`](Self::scores), and with the parts of modulated light.
     pub(super) fn all_scores(&self, passing: &Passing, mut score: impl FnMut(usize, Spectrum)) {
         self.scores(passing, |cell, power| {
             score(cell, power);
-            if let Some((parts, factors)) = self.modulated(cell, passing.optical_length) {
-                for (k, factor) in factors.into_iter().enumerate() {
-                    score(parts.first + k * parts.stride, power * factor);
+            if let Some((first, factors)) = self.modulated(cell, passing.optical_length) {
+                for (cell, factor) in (first..).zip(factors) {
+                    score(cell, power * factor);
                 }
             }
         });
@@ -296,7 +290,8 @@ impl IrradianceMeter {
         score(side, passing.power);
         score(2 + side, passing.power * passing.optical_length);
         if let Some(bin) = self.bin(passing) {
-            score(TOTALS + side * self.bins() + bin, passing.power);
+            let bin = side * self.bins() + bin;
+            score(TOTALS + bin * self.layout().values, passing.power);
         }
         Some(side)
     }

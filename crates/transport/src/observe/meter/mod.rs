@@ -18,6 +18,7 @@ mod functionals;
 mod grid;
 mod history;
 mod irradiance;
+mod layout;
 mod line;
 mod particle;
 mod polarization;
@@ -58,6 +59,7 @@ use eikonal::Aabb;
 use fluence::Cuts;
 use fluorescence::Excitation;
 use history::{Histories, HistoryRegions};
+use layout::CellLayout;
 use polarization::ParticleStokes;
 use reading::{Quantity, TallyPart};
 use recorder::Recorder;
@@ -86,9 +88,14 @@ impl Meter {
 
     /// Returns the number of cells of all quantities of the meter.
     pub fn cells(&self) -> usize {
+        self.layout().cells()
+    }
+
+    /// Returns the order of the meter's cells.
+    fn layout(&self) -> CellLayout {
         match self {
-            Meter::Fluence(meter) => meter.slots(),
-            Meter::Irradiance(meter) => meter.slots(),
+            Meter::Fluence(meter) => meter.layout(),
+            Meter::Irradiance(meter) => meter.layout(),
         }
     }
 
@@ -130,16 +137,23 @@ impl Meter {
         };
         let records = self.most_records().map_or(0, |most| layout.memory(most));
         let sums = Tally::memory(self.cells().saturating_mul(channels));
-        let twice = Reading::memory(self.cells_read_twice().saturating_mul(channels));
-        sums.saturating_add(twice).saturating_add(records)
+        sums.max(self.memory_of_readings(channels))
+            .saturating_add(records)
     }
 
-    /// Returns the number of cells of readings whose sums are kept for other readings.
-    fn cells_read_twice(&self) -> usize {
-        match self {
-            Meter::Fluence(meter) => meter.cells_read_twice(),
-            Meter::Irradiance(meter) => meter.cells_read_twice(),
-        }
+    /// Returns the maximum number of bytes of the readings. The power of a bin is read as power and
+    /// as irradiance; the third part of modulated light is read as an amplitude and a phase.
+    fn memory_of_readings(&self, channels: usize) -> usize {
+        let layout = self.layout();
+        let frequencies = self.frequency_domain().map_or(0, |all| all.hertz().len());
+        let twice = match self {
+            Meter::Fluence(_) => frequencies,
+            Meter::Irradiance(_) => 1 + frequencies,
+        };
+        let values = layout.values + twice;
+        let bins = layout.bins.saturating_mul(values);
+        let totals = layout.totals;
+        Reading::memory(bins.saturating_add(totals).saturating_mul(channels))
     }
 
     /// Returns the maximum number of records, if the meter keeps records.
@@ -403,21 +417,13 @@ impl<'a> Setup<'a> {
     pub fn readings(&self, mut tally: Tally) -> Vec<Vec<Reading>> {
         let mut first = 0;
         let read = |meter: &Meter| {
-            let quantities = meter.quantities();
-            let mut part = TallyPart {
+            let part = TallyPart {
                 tally: &mut tally,
                 first,
                 channels: self.channels,
             };
-            let readings = quantities.iter().enumerate().map(|(k, quantity)| {
-                let later = || quantities[k + 1..].iter().flat_map(Quantity::reads);
-                let own = quantity.first..quantity.first + quantity.cells();
-                let is_last = later().all(|cells| cells.end <= own.start || own.end <= cells.start);
-                quantity.read(&mut part, is_last)
-            });
-            let readings = readings.collect();
             first += meter.cells() * self.channels;
-            readings
+            reading::read(&meter.quantities(), &meter.layout(), part)
         };
         self.meters.iter().map(read).collect()
     }

@@ -1,6 +1,7 @@
 //! Readings of meters.
 
 use super::grid::{Coordinates, MeterGrid};
+use super::layout::{CellLayout, Cells};
 use super::tally::Tally;
 use crate::Bins;
 use crate::frequency_domain::{FrequencyDomain, PARTS, Phasor};
@@ -10,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::ops::Range;
 
-/// Number of slots that are read before their sums are freed.
+/// Approximate number of slots that are read before their sums are freed.
 const SLOTS_AT_ONCE: usize = 1 << 12;
 
 /// Axis of an array of bins.
@@ -94,14 +95,14 @@ impl ReadingAxis {
 pub(super) struct Quantity {
     pub name: &'static str,
     pub axes: Vec<ReadingAxis>,
-    /// Index of the quantity's first cell among the cells of the meter.
-    pub first: usize,
+    /// Cells of the meter that hold the sums.
+    pub cells: Cells,
     /// Measures of cells, such as volumes, along the fastest axes; they repeat along the other
     /// axes.
     pub measures: Vec<f64>,
     /// Cells of values that are not negative, if the quantity has values of either sign: its errors
     /// are reliable where the errors of these cells are. They repeat along the slower axes.
-    pub unsigned: Option<Range<usize>>,
+    pub unsigned: Option<Cells>,
     pub value: Value,
 }
 
@@ -117,29 +118,26 @@ pub(super) enum Value {
 }
 
 impl Quantity {
-    /// Returns the number of bins.
-    pub(super) fn cells(&self) -> usize {
-        self.axes
-            .iter()
-            .fold(1, |n, axis| n.saturating_mul(axis.len()))
-    }
-
     /// Returns the quantities of sidebands and correlations with the given names; `self` must be
     /// the first of the parts.
     pub(super) fn of_parts(self, sidebands: &Sidebands, names: [&'static str; 2]) -> Vec<Self> {
-        let cells = self.cells();
         let orders = ReadingAxis::new("order", &sidebands.order_bins());
         let delays = sidebands.delay_bins();
         let delays = delays.map(|bins| ReadingAxis::new("delay", &bins));
-        let first_delay = self.first + orders.len() * cells;
-        let parts = [(Some(orders), self.first), (delays, first_delay)];
-        let quantity = |(name, (axis, first)): (_, (Option<ReadingAxis>, _))| {
-            let mut axes = vec![axis?];
+        let first_delay = orders.len();
+        let parts = [(Some(orders), 0), (delays, first_delay)];
+        let quantity = |(name, (axis, first)): (_, (Option<ReadingAxis>, usize))| {
+            let axis = axis?;
+            let cells = Cells {
+                parts: axis.len(),
+                ..self.cells.moved(first)
+            };
+            let mut axes = vec![axis];
             axes.extend_from_slice(&self.axes);
             Some(Quantity {
                 name,
                 axes,
-                first,
+                cells,
                 measures: self.measures.clone(),
                 unsigned: None,
                 value: Value::Mean,
@@ -155,9 +153,8 @@ impl Quantity {
         self,
         domain: &FrequencyDomain,
         names: [&'static str; 4],
-        unmodulated: usize,
+        unmodulated: Cells,
     ) -> [Self; 4] {
-        let cells = self.cells();
         let count = domain.hertz().len();
         let [in_phase, quadrature, amplitude, phase] = names;
         let quantity = |name, place, value, measures: &[f64]| {
@@ -166,18 +163,20 @@ impl Quantity {
             Quantity {
                 name,
                 axes,
-                first: self.first + place * count * cells,
+                cells: Cells {
+                    parts: count,
+                    ..self.cells.moved(place * count)
+                },
                 measures: measures.to_vec(),
-                unsigned: Some(unmodulated..unmodulated + cells),
+                unsigned: Some(unmodulated),
                 value,
             }
         };
-        let distance = count * cells;
         [
             quantity(in_phase, 0, Value::Mean, &self.measures),
             quantity(quadrature, 1, Value::Mean, &self.measures),
-            quantity(amplitude, 0, Value::Amplitude(distance), &self.measures),
-            quantity(phase, 0, Value::Phase(distance), &self.measures),
+            quantity(amplitude, 0, Value::Amplitude(count), &self.measures),
+            quantity(phase, 0, Value::Phase(count), &self.measures),
         ]
     }
 
@@ -188,8 +187,8 @@ impl Quantity {
 
     /// Returns the distance in cells between the parts that the quantity is read from; 0 if it is a
     /// sum of scores.
-    pub(super) fn stride(&self) -> usize {
-        self.value.stride()
+    pub(super) fn offset(&self) -> usize {
+        self.value.offset()
     }
 
     /// Returns the measure of a bin, such as its volume.
@@ -215,64 +214,43 @@ impl Quantity {
         }
     }
 
-    /// Returns all cells that the quantity is read from.
-    pub(super) fn reads(&self) -> impl Iterator<Item = Range<usize>> + '_ {
-        let own = move |place: usize| {
-            let first = self.first + place * self.value.stride();
-            first..first + self.cells()
-        };
-        (0..self.value.parts())
-            .map(own)
-            .chain(self.unsigned.clone())
-    }
-
-    /// Reads the quantity from the meter's part of a tally. If `clear` is set, it frees the sums
-    /// on the way.
-    pub(super) fn read(&self, part: &mut TallyPart, clear: bool) -> Reading {
-        let TallyPart {
-            tally,
-            first,
-            channels,
-        } = part;
-        let channels = *channels;
-        let bins = self.cells() * channels;
-        let start = *first + self.first * channels;
-        let unlit_error = match self.value {
+    /// Creates an empty reading.
+    fn unlit(&self, tally: &Tally, channels: usize) -> Reading {
+        let bins = self.cells.count() * channels;
+        let error = match self.value {
             Value::Phase(_) => f64::INFINITY,
             Value::Mean | Value::Amplitude(_) => tally.error_of_nothing(),
         };
-        let mut reading = Reading {
+        Reading {
             name: self.name.into(),
             axes: self.axes.clone(),
             mean: Sparse::new(bins, 0.0),
-            error: Sparse::new(bins, unlit_error),
+            error: Sparse::new(bins, error),
             effective: Sparse::new(bins, 0.0),
             few: Sparse::new(bins, false),
-        };
-        let reference = self.unsigned.as_ref().map(|cells| {
-            let slots = cells.len() * channels;
-            (*first + cells.start * channels, slots)
-        });
-        let (mut from, end) = (start, start + bins);
-        while from < end {
-            let to = (from + 1).next_multiple_of(SLOTS_AT_ONCE).min(end);
-            for slot in tally.lit(from..to) {
-                let i = slot - start;
-                let divisor = self.divisor(i / channels);
-                let found = self.value.read(tally, slot, channels);
-                *reading.mean.get_mut(i) = found.mean / divisor;
-                *reading.error.get_mut(i) = found.error / divisor;
-                let reliable = reference.map_or(slot, |(first, slots)| first + i % slots);
-                *reading.effective.get_mut(i) = tally.effective(reliable);
-                *reading.few.get_mut(i) = found.is_unknown || tally.few(reliable);
-            }
-            if clear {
-                tally.clear(from..to);
-            }
-            from = to;
         }
-        reading
     }
+}
+
+/// Reads the quantities of a meter from its part of a tally. Sums are freed while they are read, so
+/// that readings take their place in memory.
+pub(super) fn read(
+    quantities: &[Quantity],
+    layout: &CellLayout,
+    mut part: TallyPart,
+) -> Vec<Reading> {
+    let empty = quantities
+        .iter()
+        .map(|quantity| quantity.unlit(part.tally, part.channels));
+    let mut readings: Vec<Reading> = empty.collect();
+    part.read(0..layout.totals, quantities, &mut readings);
+    let bins_at_once = (SLOTS_AT_ONCE / (layout.values * part.channels)).max(1);
+    let cells = layout.totals..layout.cells();
+    for first in cells.clone().step_by(bins_at_once * layout.values) {
+        let end = cells.end.min(first + bins_at_once * layout.values);
+        part.read(first..end, quantities, &mut readings);
+    }
+    readings
 }
 
 /// Value of a bin.
@@ -285,18 +263,10 @@ struct Found {
 
 impl Value {
     /// Returns the distance in cells between the parts of a value.
-    fn stride(self) -> usize {
+    fn offset(self) -> usize {
         match self {
             Value::Mean => 0,
             Value::Amplitude(distance) | Value::Phase(distance) => distance,
-        }
-    }
-
-    /// Returns the number of parts of a value.
-    fn parts(self) -> usize {
-        match self {
-            Value::Mean => 1,
-            Value::Amplitude(_) | Value::Phase(_) => PARTS,
         }
     }
 
@@ -310,7 +280,7 @@ impl Value {
             };
         }
         let slots: [usize; PARTS] =
-            std::array::from_fn(|part| slot + part * self.stride() * channels);
+            std::array::from_fn(|part| slot + part * self.offset() * channels);
         let variances = slots.map(|slot| tally.error(slot).powi(2));
         let phasor = Phasor::of(slots.map(|slot| tally.mean(slot)), variances);
         let [mean, error] = match self {
@@ -331,6 +301,40 @@ pub(super) struct TallyPart<'t> {
     /// First slot of the meter.
     pub first: usize,
     pub channels: usize,
+}
+
+impl TallyPart<'_> {
+    /// Reads the quantities in a range of cells, which holds all values of its bins, and frees the
+    /// sums.
+    fn read(&mut self, cells: Range<usize>, quantities: &[Quantity], readings: &mut [Reading]) {
+        let (first, channels) = (self.first, self.channels);
+        let slots = first + cells.start * channels..first + cells.end * channels;
+        for slot in self.tally.lit(slots.clone()) {
+            let (cell, channel) = ((slot - first) / channels, (slot - first) % channels);
+            for (quantity, reading) in quantities.iter().zip(&mut *readings) {
+                if let Some(index) = quantity.cells.index(cell) {
+                    self.read_bin(quantity, index, channel, reading);
+                }
+            }
+        }
+        self.tally.clear(slots);
+    }
+
+    /// Reads the value of a quantity in a bin.
+    fn read_bin(&self, quantity: &Quantity, index: usize, channel: usize, reading: &mut Reading) {
+        let slot = |cell: usize| self.first + cell * self.channels + channel;
+        let own = slot(quantity.cells.cell(index));
+        let found = quantity.value.read(self.tally, own, self.channels);
+        // Where the quantity has several parts, all of them repeat the same unsigned cells.
+        let unsigned = quantity.unsigned;
+        let reliable = unsigned.map_or(own, |cells| slot(cells.cell(index % cells.bins)));
+        let divisor = quantity.divisor(index);
+        let i = index * self.channels + channel;
+        *reading.mean.get_mut(i) = found.mean / divisor;
+        *reading.error.get_mut(i) = found.error / divisor;
+        *reading.effective.get_mut(i) = self.tally.effective(reliable);
+        *reading.few.get_mut(i) = found.is_unknown || self.tally.few(reliable);
+    }
 }
 
 /// Array that a meter has measured. Bins take memory only near those that light has reached.

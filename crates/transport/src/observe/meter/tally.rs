@@ -116,18 +116,16 @@ impl Scores {
     /// Ends the task and returns its sums.
     #[must_use]
     pub(crate) fn finish(self) -> TaskSums {
-        let mut entries = Vec::with_capacity(self.sums.len());
-        for row in &self.rows {
-            let sums = &self.sums[row.start as usize..][..row.count as usize];
-            for (k, sums) in (0..).zip(sums) {
-                // Skip slots without values, or whose values cancelled.
-                if sums.totals[2] > 0.0 {
-                    entries.push((row.first + k * row.stride, sums.totals));
-                }
-            }
+        let mut rows: Vec<Row> = Vec::with_capacity(self.rows.len());
+        self.rows.iter().for_each(|row| row.split(&mut rows));
+        rows.sort_unstable_by_key(Row::chunk);
+        let mut sums = Vec::with_capacity(self.sums.len());
+        for row in &mut rows {
+            let of_row = &self.sums[row.start as usize..][..row.count as usize];
+            row.start = sums.len() as u32;
+            sums.extend(of_row.iter().map(|slot| slot.totals));
         }
-        entries.sort_unstable_by_key(chunk);
-        TaskSums { entries }
+        TaskSums { rows, sums }
     }
 
     /// Returns the start of the sums of the row with a first slot, which is created if there is
@@ -182,24 +180,51 @@ impl Scores {
     }
 }
 
+impl Row {
+    /// Returns the index of the chunk of the first slot.
+    fn chunk(&self) -> usize {
+        self.first as usize / SLOTS_PER_CHUNK
+    }
+
+    /// Appends the parts of the row that lie in one chunk each.
+    fn split(&self, parts: &mut Vec<Row>) {
+        let mut left = *self;
+        while left.count > 0 {
+            let end = (left.chunk() + 1) * SLOTS_PER_CHUNK;
+            let within = (end - left.first as usize).div_ceil(left.stride.max(1) as usize);
+            let count = left.count.min(within as u32);
+            parts.push(Row { count, ..left });
+            left.count -= count;
+            left.start += count;
+            left.first = left.first.wrapping_add(count * left.stride);
+        }
+    }
+
+    /// Returns the slots.
+    fn slots(&self) -> impl Iterator<Item = usize> {
+        let (first, stride) = (self.first as usize, self.stride as usize);
+        (0..self.count as usize).map(move |k| first + k * stride)
+    }
+}
+
 /// Sums of one task.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct TaskSums {
-    /// Entries, sorted by chunk: the slot, and the sum, sum of squares, and largest absolute value
-    /// of particles' totals.
-    entries: Vec<(u32, [f64; 3])>,
-}
-
-/// Returns the index of the chunk of an entry's slot.
-fn chunk(entry: &(u32, [f64; 3])) -> usize {
-    entry.0 as usize / SLOTS_PER_CHUNK
+    /// Rows within one chunk each, sorted by chunk.
+    rows: Vec<Row>,
+    /// Sum, sum of squares, and largest absolute value of particles' totals, row by row.
+    sums: Vec<[f64; 3]>,
 }
 
 impl TaskSums {
-    /// Returns the entries of a chunk.
-    fn of_chunk(&self, number: usize) -> &[(u32, [f64; 3])] {
-        let position = |number: usize| self.entries.partition_point(|e| chunk(e) < number);
-        &self.entries[position(number)..position(number + 1)]
+    /// Returns the slots of a chunk, with their sums.
+    fn of_chunk(&self, number: usize) -> impl Iterator<Item = (usize, [f64; 3])> {
+        let position = |number: usize| self.rows.partition_point(|row| row.chunk() < number);
+        let rows = &self.rows[position(number)..position(number + 1)];
+        rows.iter().flat_map(|row| {
+            let sums = &self.sums[row.start as usize..][..row.count as usize];
+            row.slots().zip(sums.iter().copied())
+        })
     }
 }
 
@@ -250,8 +275,8 @@ impl Tally {
         let slots = &mut self.slots;
         slots.for_each_part(BLOCKS_PER_CHUNK, |first, mut slots| {
             for part in parts {
-                for &(slot, sums) in part.of_chunk(first / SLOTS_PER_CHUNK) {
-                    slots.get_mut(slot as usize - first).add_sums(sums);
+                for (slot, sums) in part.of_chunk(first / SLOTS_PER_CHUNK) {
+                    slots.get_mut(slot - first).add_sums(sums);
                 }
             }
         });
@@ -330,6 +355,17 @@ mod tests {
         tally
     }
 
+    /// Returns all slots of a task below 200,000 in which particles have scored, with their sums.
+    fn entries(task: &TaskSums) -> Vec<(usize, [f64; 3])> {
+        let chunks = 0..200_000usize.div_ceil(SLOTS_PER_CHUNK);
+        let of_chunk = |number: usize| {
+            let slots = task.of_chunk(number);
+            slots.inspect(move |(slot, _)| assert_eq!(slot / SLOTS_PER_CHUNK, number))
+        };
+        let lit = chunks.flat_map(of_chunk).filter(|(_, sums)| sums[2] > 0.0);
+        lit.collect()
+    }
+
     #[test]
     fn a_particle_is_one_sample() {
         let tally = tally(&[4]);
@@ -364,17 +400,16 @@ mod tests {
             }
             scores.end_particle();
         }
-        let sums = scores.finish();
-        assert_eq!(sums.entries.len(), 3001);
-        assert!(sums.entries.is_sorted_by_key(chunk));
-        for (slot, found) in &sums.entries {
-            let total = |particle: u32| match slot {
+        let entries = entries(&scores.finish());
+        assert_eq!(entries.len(), 3001);
+        for (slot, found) in entries {
+            let total = |particle: usize| match slot {
                 1 => 0.5,
-                _ => f64::from(2 * (slot + particle)),
+                _ => (2 * (slot + particle)) as f64,
             };
             let totals = [1, 2, 3].map(total);
             let sum = |power: i32| totals.iter().map(|t| t.powi(power)).sum::<f64>();
-            assert_eq!(*found, [sum(1), sum(2), totals[2]], "{slot}");
+            assert_eq!(found, [sum(1), sum(2), totals[2]], "{slot}");
         }
     }
 
@@ -385,7 +420,7 @@ mod tests {
         scores.add(1, f64::INFINITY);
         assert_eq!(scores.not_finite, 2);
         scores.end_particle();
-        assert!(scores.finish().entries.is_empty());
+        assert!(entries(&scores.finish()).is_empty());
     }
 
     /// Values of rows of different shapes, which lie among one another, reach their slots.
@@ -403,11 +438,9 @@ mod tests {
         }
         assert_eq!(scores.not_finite, 3334);
         scores.end_particle();
-        let sums = scores.finish();
-        assert!(sums.entries.is_sorted_by_key(chunk));
         let mut found = vec![0.0; 100_000];
-        for (slot, sums) in &sums.entries {
-            found[*slot as usize] += sums[0];
+        for (slot, sums) in entries(&scores.finish()) {
+            found[slot] += sums[0];
         }
         assert_eq!(found, expected);
     }

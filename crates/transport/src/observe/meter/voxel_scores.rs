@@ -129,8 +129,8 @@ impl<'m> VoxelScore<'m> {
         let mut from = begin;
         loop {
             self.end(scores);
-            let (bin, gate) = meter.gate_from(from);
-            let to = end.min(gate[1]);
+            let (gate, ends) = meter.gate_from(from);
+            let to = end.min(ends[1]);
             let share = if end > begin {
                 // Planted error "flights through several gates scored whole in each", found by morgana-io/io::cell_walks::walks_through_cells_agree_with_walks_by_edges:
                 // 1.0
@@ -139,8 +139,9 @@ impl<'m> VoxelScore<'m> {
                 1.0
             };
             self.voxel = voxel;
-            self.slot = bin.map(|bin| self.first + bin * meter.grid.cells() + voxel);
-            self.gate = gate;
+            self.slot =
+                gate.map(|gate| self.first + (gate * meter.grid.cells() + voxel) * meter.values());
+            self.gate = ends;
             self.add(power * flight.length * share, [from, to]);
             self.absorption = flight.matter.absorption[flight.channel];
             if end <= to {
@@ -165,11 +166,11 @@ impl<'m> VoxelScore<'m> {
         if let Some(slot) = self.slot {
             let values = [self.fluence, self.fluence * self.absorption];
             if self.modulated.is_empty() {
-                scores.add_row(slot, self.meter.cells(), &values);
+                scores.add_row(slot, 1, &values);
             } else {
                 let mut row: SmallVec<[f64; 8]> = SmallVec::from_slice(&values);
                 row.extend_from_slice(&self.modulated);
-                scores.add_row(slot, self.meter.cells(), &row);
+                scores.add_row(slot, 1, &row);
             }
         }
         self.slot = None;
