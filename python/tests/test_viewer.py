@@ -355,6 +355,38 @@ def test_scenes_are_seen_at_once_and_from_everywhere(page, serve):
     until(page, "document.querySelector('canvas.picture').hidden")
 
 
+def test_dropped_files_do_not_replace_the_page(page, serve):
+    open_page(page, serve("view", SCENES / "luneburg_fog.xml"))
+    page.evaluate("""() => {
+        const dataTransfer = new DataTransfer();
+        dataTransfer.items.add(new File(['x'], 'fog.exr'));
+        document.body.dispatchEvent(new DragEvent('drop', { dataTransfer, bubbles: true, cancelable: true }));
+    }""")
+    said = page.locator("#status").text_content()
+    assert "morgana view luneburg_fog.xml fog.exr" in said
+
+
+def test_pictures_follow_parameters(page, serve):
+    open_page(page, serve("view", SCENES / "luneburg_fog.xml"))
+    until(page, "document.body.dataset.picture")
+    names = page.evaluate("window.viewer.page().about.parameters.map(({ name }) => name)")
+    fog = next(name for name in names if name.endswith("sigma_t"))
+    page.locator("#parameters summary").click()
+    copy = "document.querySelector('canvas.film').toDataURL()"
+    before = page.evaluate(copy)
+    control(page, f"set {fog}").fill("0")
+    control(page, f"set {fog}").press("Enter")
+    until(page, f"before => {copy} !== before", before)
+    control(page, "estimator").select_option("path")
+    until(page, "JSON.parse(document.body.dataset.picture).scale < 8")
+    control(page, f"set {fog}").fill("much")
+    control(page, f"set {fog}").press("Enter")
+    until(page, "document.querySelector('#rays').textContent.includes('type a value')")
+    picture(page, "parameters")
+    page.get_by_role("button", name="As in the file").click()
+    until(page, "Object.keys(window.viewer.page().changes()).length === 0")
+
+
 def test_objects_have_names_and_the_scene_a_scale(page, serve):
     open_page(page, serve("view", SCENES / "luneburg_fog.xml"))
     names = page.evaluate("window.viewer.page().about.objects.map(({ name }, i) => name || `object ${i}`)")

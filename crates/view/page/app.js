@@ -71,6 +71,14 @@ document.addEventListener('keydown', (event) => {
     else page?.shortcut?.(event.key);
 });
 
+// A browser would leave the page for a file that is dropped on it.
+document.addEventListener('dragover', (event) => event.preventDefault());
+document.addEventListener('drop', (event) => {
+    event.preventDefault();
+    const names = [...event.dataTransfer.files].map(({ name }) => name);
+    if (names.length > 0) say(`The page shows the files that the program was started with: morgana view ${[...items, ...names.map((name) => ({ name }))].map(({ name }) => name).join(' ')}`, true);
+});
+
 state.onChange(() => {
     if (wanted() !== shown) {
         // What was chosen for another thing says nothing of this one; images are compared at the same exposure and place.

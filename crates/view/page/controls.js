@@ -98,7 +98,7 @@ export function refresh(parent) {
     for (const control of parent.querySelectorAll('[data-name]')) {
         const value = state.get(control.dataset.name);
         if (control.type === 'checkbox') control.checked = (value || control.dataset.standard) === '1';
-        else if (control !== document.activeElement && value !== '') control.value = value;
+        else if (control !== document.activeElement && (value !== '' || control.type === 'text')) control.value = value;
         const output = control.parentElement.querySelector('output');
         if (output) output.textContent = control.value;
     }

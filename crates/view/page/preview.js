@@ -7,8 +7,8 @@ import { toneCurve } from './colour.js';
 const COARSE = 8;
 /** Longest side of a picture. */
 const LONGEST = 480;
-/** Samples of the finest picture. */
-const SAMPLES = 64;
+/** Samples of the finest picture: of a preview, and of another estimator. */
+const SAMPLES = [64, 4096];
 /** A name of this page: the program gives up a picture if its page wants another. */
 const PAGE = String(Math.random());
 /** Milliseconds and samples after which a coarse picture gives way to a finer one. */
@@ -20,10 +20,10 @@ export class Preview {
         Object.assign(this, { index, onPicture, onError, turn: 0, isCoarse: false, waiting: null });
     }
 
-    /** Makes pictures of a size, of a camera (null for the scene's own), until there is another wish. */
-    want(camera, [width, height]) {
+    /** Makes pictures of a size until there is another wish: `view` names the camera (null for the scene's own), the estimator (null for previews) and changed parameters. */
+    want([width, height], view) {
         const shrink = Math.max(1, width / LONGEST, height / LONGEST);
-        const job = { camera, size: [width / shrink, height / shrink], since: performance.now() };
+        const job = { view, size: [width / shrink, height / shrink], since: performance.now() };
         // The first, coarse sample takes little time. The program gives up others.
         if (this.isCoarse) this.waiting = job;
         else this.start(job);
@@ -50,12 +50,13 @@ export class Preview {
         if (next) this.start(next);
     }
 
-    async refine({ camera, size: whole, since }, turn) {
+    async refine({ view, size: whole, since }, turn) {
+        const samples = SAMPLES[view.estimator ? 1 : 0];
         let [scale, number, sums, start, first] = [COARSE, 0, null, since, null];
-        while (number < SAMPLES && turn === this.turn && !this.waiting) {
+        while (number < samples && turn === this.turn && !this.waiting) {
             const size = whole.map((n) => Math.max(1, Math.round(n / scale)));
             this.isCoarse = first === null;
-            const values = await api.postFloats(`${this.index}/picture`, { page: PAGE, size, number, camera });
+            const values = await api.postFloats(`${this.index}/picture`, { page: PAGE, size, number, ...view });
             if (turn !== this.turn) return;
             number += 1;
             sums = sums ? sums.map((sum, i) => sum + values[i]) : values;

@@ -20,6 +20,20 @@ const ARROWS = 8;
 /** What is typed, and how many numbers it is. */
 const TYPED = [['pixel', 2, 'Pixel', '70,50'], ['from', 3, 'From', '0,0.5,-2'], ['direction', 3, 'Direction', '0,0,1'], ['to', 3, 'Point', '0,0.5,-2']];
 
+/** Estimators of the picture. */
+const ESTIMATORS = [['', 'preview'], ['path', 'path'], ['bdpt', 'bdpt'], ['particle', 'particle'], ['vcm', 'vcm']];
+
+/** The state's name of a changed parameter. */
+const changed = (name) => `set ${name}`;
+
+/** A value of a parameter as typed: numbers with commas between them, `true` or `false`. */
+function typedValue(words) {
+    if (words === 'true' || words === 'false') return words === 'true';
+    const parts = words.replaceAll('−', '-').split(',').map((part) => (part.trim() === '' ? Number.NaN : Number(part)));
+    if (!parts.every(Number.isFinite)) return null;
+    return parts.length === 1 ? parts[0] : parts;
+}
+
 const hex = (colour) => `#${colour.toString(16).padStart(6, '0')}`;
 const point = (x) => x.map((v) => plain(v, 4)).join(', ');
 
@@ -121,14 +135,21 @@ export class ScenePage {
 
     fill() {
         const { film, sensor, emitters } = this.about;
+        const { parameters } = this.about;
         const looks = [['corner', 'corner'], ['x', 'along x'], ['y', 'along y'], ['z', 'along z']];
         const buttons = looks.map(([from, label]) => button(`From ${label}`.replace('From along', 'Along'), () => this.stage?.look(from)));
         if (sensor) buttons.push(button('As the camera', () => this.stage?.lookAs(sensor.rays, this.fieldOfView())));
         const parts = [element('h2', {}, 'View'), element('div', { class: 'buttons' }, ...buttons)];
-        parts.push(toggle('Picture of this view', 'picture'));
+        parts.push(toggle('Picture of this view', 'picture'), choice('Picture by', 'estimator', ESTIMATORS, ''));
         if (this.about.media.some(({ graded, region }) => graded && region)) parts.push(toggle('Lines of equal index', 'isolines', true));
         const hint = this.filmImage() < 0 ? [element('p', { class: 'note' }, 'Click in the film, or move through it by the arrow keys: the ray of that pixel is followed. The film shows a preview; an image of this size, opened together with the scene, takes its place.')] : [];
         if (sensor) parts.push(element('h2', {}, 'Ray of a pixel'), this.film(), ...hint, text('Pixel', 'pixel', `x,y below ${film.join(',')}`));
+        if (parameters.length > 0) {
+            const fields = parameters.map(({ name, value }) => text(name, changed(name), [value].flat().map((v) => (typeof v === 'number' ? plain(v, 6) : v)).join(', ')));
+            const restore = button('As in the file', () => state.set(Object.fromEntries(parameters.map(({ name }) => [changed(name), '']))));
+            const note = element('p', { class: 'note' }, 'Pictures and rays follow at once; the drawing shows the file. Three numbers of to_world are a place.');
+            parts.push(element('details', { open: Object.keys(this.changes()).length > 0, id: 'parameters' }, element('summary', {}, `Parameters (${parameters.length})`), note, ...fields, restore));
+        }
         parts.push(element('h2', {}, 'Ray from a point'), text('From', 'from', 'x,y,z'), text('Direction', 'direction', 'x,y,z'));
         parts.push(element('h2', {}, 'Rays to a point'));
         const targets = emitters.map((e, i) => [i, e]).filter(([, e]) => e.position).map(([i, e]) => [String(i), `emitter ${e.name ?? i} (${e.kind})`]);
@@ -137,6 +158,12 @@ export class ScenePage {
         parts.push(number('Start after', 'at', { min: 0, step: 'any', placeholder: 'its end' }, ''));
         parts.push(element('p', { class: 'note' }, 'Rays start on the ray of the pixel, where it ends or after this length; or else at the point above.'));
         this.controls.replaceChildren(...parts);
+    }
+
+    /** Parameters with values other than the file's. */
+    changes() {
+        const typed = this.about.parameters.map(({ name }) => [name, state.get(changed(name))]);
+        return Object.fromEntries(typed.filter(([, words]) => words !== '').map(([name, words]) => [name, typedValue(words)]).filter(([, value]) => value !== null));
     }
 
     /** The vertical angle of the picture, in degrees. */
@@ -212,13 +239,15 @@ export class ScenePage {
         const isOfView = this.stage && state.get('picture') === '1';
         const { clientWidth, clientHeight } = this.surface;
         const needsFilm = this.about.sensor && this.filmImage() < 0;
-        const wish = isOfView ? { camera: this.stage.eye(), size: [clientWidth, clientHeight] } : needsFilm ? { camera: null, size: this.about.film } : null;
+        const view = { estimator: state.get('estimator') || null, changes: this.changes() };
+        const wish = isOfView ? { ...view, camera: this.stage.eye(), size: [clientWidth, clientHeight] } : needsFilm ? { ...view, camera: null, size: this.about.film } : null;
         if (this.canvas) this.canvas.hidden = !isOfView;
         const key = JSON.stringify(wish);
         if (key === this.wish) return;
         this.wish = key;
-        if (wish) this.picture.want(wish.camera, wish.size);
-        else this.picture.stop();
+        if (!wish) return this.picture.stop();
+        const { size, ...wanted } = wish;
+        this.picture.want(size, wanted);
     }
 
     showPicture(picture, about) {
@@ -261,13 +290,18 @@ export class ScenePage {
         const at = state.number('at', null);
         const start = pixel ? { pixel, at } : from ? { from } : null;
         const connect = to && start && to.to !== null ? { ...start, ...to, reflections: state.number('reflections', 0) } : null;
-        return { trace, connect, wrong: this.wrong() };
+        const changes = this.changes();
+        return { trace: trace && { ...trace, changes }, connect: connect && { ...connect, changes }, wrong: this.wrong() };
     }
 
     /** What is wrong with what is typed. */
     wrong() {
         const wrong = TYPED.filter(([name, count]) => state.get(name) !== '' && !state.numbers(name, count));
         const words = wrong.map(([, count, label, example]) => `${label}: type ${count} numbers with commas between them, such as ${example}.`);
+        for (const { name, value } of this.about.parameters) {
+            const typed = state.get(changed(name));
+            if (typed !== '' && typedValue(typed) === null) words.push(`${name}: type a value such as ${[value].flat().join(', ')}.`);
+        }
         if (!state.get('pixel') && state.numbers('from', 3) && !state.get('direction') && state.get('emitter') === '') words.push('From: a ray needs a direction, too, or choose below where rays lead to.');
         if (state.get('emitter') === 'point' && state.get('to') === '') words.push('Point: type where rays lead to.');
         if (state.get('emitter') !== '' && !state.get('pixel') && !state.get('from')) words.push('To: choose a pixel or type a point at which rays start.');

@@ -1,12 +1,13 @@
 //! Items that a page shows.
 
+use crate::described::DescribedScene;
 use crate::live::Live;
 use crate::picture::Picture;
 use crate::source::Source;
 use io::arrays::Arrays;
 use io::image::ImageLayers;
 use io::volume::Format;
-use io::{Diagnostics, FileError, Limits, LoadOptions, Loaded};
+use io::{Diagnostics, FileError, Limits, LoadOptions};
 use std::fmt;
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
@@ -37,7 +38,7 @@ pub(crate) enum Content {
     /// An array that may be an image.
     Array(Box<PictureArray>),
     /// A scene.
-    Scene(Box<Loaded>),
+    Scene(Box<DescribedScene>),
     /// An image while it is rendered.
     Live(Arc<Live>),
 }
@@ -64,8 +65,8 @@ impl Content {
             limits: options.limits,
             ..LoadOptions::default()
         };
-        let loaded = io::load_scene(path, &options).map_err(OpenError::Scene)?;
-        Ok(Content::Scene(Box::new(loaded)))
+        let scene = DescribedScene::load(path, options).map_err(OpenError::Scene)?;
+        Ok(Content::Scene(Box::new(scene)))
     }
 }
 
@@ -179,11 +180,6 @@ impl Item {
     /// Makes an item of readings of meters.
     pub fn arrays(name: String, arrays: Arrays) -> Self {
         Item::new(name, Content::Arrays(arrays))
-    }
-
-    /// Makes an item of a scene.
-    pub fn scene(name: String, scene: Loaded) -> Self {
-        Item::new(name, Content::Scene(Box::new(scene)))
     }
 
     /// Makes an item of an image that is being rendered.

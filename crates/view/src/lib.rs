@@ -2,6 +2,7 @@
 #![warn(unreachable_pub)]
 
 mod api;
+mod described;
 mod item;
 mod live;
 mod page;

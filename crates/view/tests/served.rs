@@ -348,7 +348,7 @@ const SCENE: &str = r#"<scene version="3.0.0">
     <transform name="to_world"><lookat origin="0,0,-5" target="0,0,0" up="0,1,0"/></transform>
     <film type="hdrfilm"><integer name="width" value="8"/><integer name="height" value="6"/></film></sensor>
   <emitter type="point"><point name="position" x="0.3" y="0" z="0"/></emitter>
-  <shape type="sphere"><bsdf type="null"/>
+  <shape type="sphere"><transform name="to_world"><scale value="1"/></transform><bsdf type="null"/>
     <medium type="homogeneous" name="interior"><float name="sigma_t" value="2"/></medium></shape>
 </scene>"#;
 
@@ -384,12 +384,58 @@ fn previews_have_the_wanted_size_and_view() {
             "origin and target must be finite and differ",
         ),
         (r#"{"size": [4, 4], "number": 0}"#, "missing field `page`"),
+        (
+            r#"{"page": "a", "size": [4, 4], "number": 0, "estimator": "pathh"}"#,
+            "pathh",
+        ),
     ] {
         let refused = picture(body);
         let message = String::from_utf8(refused.content).unwrap();
         assert!(
             refused.status == 400 && message.contains(expected),
             "{message}"
+        );
+    }
+}
+
+/// Pictures and rays follow changed parameters, which stay as they are for other requests.
+#[test]
+fn parameters_change_pictures() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.xml");
+    std::fs::write(&path, SCENE).unwrap();
+    let page = Page::new(vec![Item::open(&path, &ItemOptions::default()).unwrap()]);
+    let picture = |changes: &str| {
+        let body = format!(
+            r#"{{"page": "a", "size": [8, 6], "number": 0, "estimator": "path", "changes": {changes}}}"#
+        );
+        page.respond("POST", "api/0/picture", body.into())
+    };
+    let sum = |changes: &str| {
+        let response = picture(changes);
+        assert_eq!(response.status, 200, "{changes}");
+        floats(&response.content)[1..].iter().sum::<f32>()
+    };
+    let own = sum("{}");
+    assert!(own > 0.0);
+    assert_eq!(sum(r#"{"shape.interior.sigma_t": 0}"#), 0.0);
+    let far = sum(r#"{"emitter.position": [0, 0, 1000]}"#);
+    assert!(far < 0.01 * own, "{far} {own}");
+    let moved = sum(r#"{"shape.to_world": [50, 0, 0]}"#);
+    assert!(moved < 0.1 * own, "{moved} {own}");
+    assert_eq!(sum("{}"), own);
+    for (changes, expected) in [
+        (r#"{"shape.interior.sigma_t": -1}"#, "sigma_t"),
+        (r#"{"shape.interior.sigma_t": "x"}"#, "expected a number"),
+        (r#"{"shape.interior.sigma_tt": 1}"#, "cannot change"),
+        (r#"{"sensor.film.width": 100000}"#, "cannot change"),
+        (r#"{"shape.to_world": 3}"#, "expected a number"),
+    ] {
+        let refused = picture(changes);
+        let message = String::from_utf8(refused.content).unwrap();
+        assert!(
+            refused.status == 400 && message.contains(expected),
+            "{changes}: {message}"
         );
     }
 }

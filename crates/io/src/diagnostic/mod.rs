@@ -190,6 +190,11 @@ impl Diagnostics {
         self.errors > 0
     }
 
+    /// Returns the first error.
+    pub fn first_error(&self) -> Option<&Diagnostic> {
+        self.iter().find(|one| one.severity == Severity::Error)
+    }
+
     /// Returns the number of errors, including errors that were not kept.
     pub fn error_count(&self) -> usize {
         self.errors

@@ -18,6 +18,8 @@ use std::sync::Arc;
 pub struct SceneParameter {
     /// Unique name.
     pub name: String,
+    /// Kind of the object that has the parameter.
+    pub owner: PluginKind,
     /// Type of the values: `float`, `integer`, `boolean`, `word`, `spectrum`, `point`, `vector`,
     /// `transform`, `array`, `list` or `text`.
     pub kind: &'static str,
@@ -62,6 +64,7 @@ fn places(description: &SceneDescription) -> Vec<Place> {
         let place = |property: &str, known: Option<Type>, value: ParameterValue| Place {
             parameter: SceneParameter {
                 name: format!("{name}.{property}"),
+                owner: object.kind,
                 kind: kind(known, &value),
                 is_default: matches!(value, ParameterValue::Default(_)),
                 value: Some(value),

@@ -141,7 +141,7 @@ fn describe(item: &Item, wanted: &str) -> Value {
         Content::Array(array) if array.is_wanted(wanted) => (IMAGE, array.picture().json()),
         Content::Array(array) => (ARRAYS, arrays::describe(&array.arrays)),
         Content::Arrays(arrays) => (ARRAYS, arrays::describe(arrays)),
-        Content::Scene(loaded) => ("scene", scene::describe(loaded)),
+        Content::Scene(scene) => ("scene", scene::describe(scene)),
     };
     let other = match &item.content {
         Content::Array(_) => Some(if kind == IMAGE { ARRAYS } else { IMAGE }),
@@ -175,8 +175,10 @@ fn get(item: &Item, what: &str, request: &Request) -> Result<Response, Failure> 
         ("status", Content::Live(live)) => Ok(json_response(&live.status())),
         ("array" | "edges" | "range", Content::Arrays(arrays)) => part(arrays, what, request),
         ("array" | "edges" | "range", Content::Array(array)) => part(&array.arrays, what, request),
-        ("index", Content::Scene(loaded)) => scene::index(loaded, request.parameter("medium")),
-        ("mesh", Content::Scene(loaded)) => scene::mesh(loaded, request.parameter("object")),
+        ("index", Content::Scene(scene)) => {
+            scene::index(&scene.loaded, request.parameter("medium"))
+        }
+        ("mesh", Content::Scene(scene)) => scene::mesh(&scene.loaded, request.parameter("object")),
         _ => Err(not_found(what)),
     }
 }
@@ -203,9 +205,16 @@ fn post(item: &Item, what: &str, body: &[u8]) -> Result<Response, Failure> {
                 )))
             }
         }
-        ("trace", Content::Scene(loaded)) => rays::trace(loaded, &body),
-        ("connect", Content::Scene(loaded)) => rays::connect(loaded, &body),
-        ("picture", Content::Scene(loaded)) => preview::picture(loaded, &body),
+        (_, Content::Scene(scene)) => {
+            let question = match what {
+                "trace" => rays::trace,
+                "connect" => rays::connect,
+                "picture" => preview::picture,
+                _ => return Err(not_found(what)),
+            };
+            let changes = body["changes"].as_object().cloned().unwrap_or_default();
+            question(&*scene.with(&changes).map_err(bad)?, &body)
+        }
         _ => Err(not_found(what)),
     }
 }

@@ -3,7 +3,7 @@
 use super::{Failure, bad};
 use crate::picture::Picture;
 use crate::server::{Response, Status};
-use io::Loaded;
+use io::{Diagnostics, Loaded};
 use serde::Deserialize;
 use serde_json::Value;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -20,7 +20,7 @@ use transport::sensor::Camera;
 const MAX_PIXELS: usize = 1 << 18;
 /// Time after which a sample ends without a result.
 const TIME_LIMIT: Duration = Duration::from_secs(10);
-/// Estimators in the order of preference: a scene may rule out the first.
+/// Estimators in the order of preference, unless the page names one: a scene may rule out the first.
 const ESTIMATORS: [&str; 2] = ["preview", "path"];
 
 /// Request for a sample of a picture.
@@ -34,6 +34,8 @@ struct PictureRequest {
     number: u64,
     /// Place of the camera; `None` for the camera of the scene.
     camera: Option<CameraRequest>,
+    /// Name of the estimator; `None` for previews.
+    estimator: Option<String>,
 }
 
 /// Pinhole camera. `fov` is the full horizontal angle in degrees.
@@ -94,7 +96,7 @@ pub(super) fn picture(loaded: &Loaded, body: &Value) -> Result<Response, Failure
     }
     let groups = loaded.groups.iter().map(|scene| seen(scene, &request));
     let groups = groups.collect::<Result<Vec<Scene>, Failure>>()?;
-    let Some(film) = sample(loaded, &groups, request.number, &turn.0)? else {
+    let Some(film) = sample(loaded, &groups, &request, &turn.0)? else {
         return Ok(Response::floats(Vec::new()));
     };
     let picture = Picture::of_film(&film, &loaded.channel_names);
@@ -150,14 +152,25 @@ fn shrunk(window: &FilmWindow, scale: [f64; 2]) -> FilmWindow {
 fn sample(
     loaded: &Loaded,
     groups: &[Scene],
-    number: u64,
+    request: &PictureRequest,
     handle: &Handle,
 ) -> Result<Option<Film>, Failure> {
-    let named = |name: &&str| loaded.renderer_named(name).ok();
-    let named = ESTIMATORS.iter().find_map(named);
-    let renderer = named.ok_or_else(|| bad("the scene shows quantities of rays, not light"))?;
+    let renderer = match &request.estimator {
+        Some(name) => {
+            let refused = |problems: Diagnostics| {
+                let first = problems.first_error();
+                bad(first.map(|one| one.message.as_str()).unwrap_or_default())
+            };
+            loaded.renderer_named(name).map_err(refused)?
+        }
+        None => {
+            let named = |name: &&str| loaded.renderer_named(name).ok();
+            let named = ESTIMATORS.iter().find_map(named);
+            named.ok_or_else(|| bad("the scene shows quantities of rays, not light"))?
+        }
+    };
     let mut options = RenderOptions::new(renderer.renderer, 1, 0);
-    options.first = number;
+    options.first = request.number;
     options.hide_emitters = loaded.hide_emitters;
     let is_late = AtomicBool::new(false);
     let (done, ended) = channel::<()>();

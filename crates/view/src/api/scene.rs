@@ -1,6 +1,7 @@
 //! Drawable content of scenes: surfaces, media, emitters and the view of the sensor.
 
 use super::{Failure, not_found};
+use crate::described::DescribedScene;
 use crate::server::{Body, Response};
 use eikonal::Aabb;
 use glam::DVec3;
@@ -19,7 +20,8 @@ const MAX_TRIANGLES: usize = 2_000_000;
 const INDEX_POINTS: usize = 96;
 
 /// Describes everything except the triangles of the surfaces.
-pub(super) fn describe(loaded: &Loaded) -> Value {
+pub(super) fn describe(described: &DescribedScene) -> Value {
+    let loaded = &*described.loaded;
     let scene = loaded.scene();
     let objects = scene.objects().iter();
     let bounds = objects
@@ -39,6 +41,7 @@ pub(super) fn describe(loaded: &Loaded) -> Value {
         "sensor": about_sensor(scene),
         "film": [film.width, film.height],
         "bounds": (bounds.min.cmple(bounds.max).all()).then(|| [bounds.min, bounds.max].map(|x| x.to_array())),
+        "parameters": described.changeable(),
         "warnings": warnings(loaded),
     })
 }
