@@ -117,6 +117,42 @@ fn arrays_have_several_forms() {
     assert_eq!(first, third);
 }
 
+/// MMC marks elements around wide sources by the region −1, and elements around detectors by −2.
+/// They are outside the tissue, as region 0.
+#[test]
+fn elements_around_sources_and_detectors_of_mmc_are_outside() {
+    let [nodes, elements, regions] = divided();
+    let marked = |first: i64, second: i64| {
+        let regions = regions.as_array().unwrap().iter().enumerate();
+        let regions: Vec<i64> = regions
+            .map(|(i, region)| match i {
+                0..6 => first,
+                6..12 => second,
+                _ => region.as_i64().unwrap(),
+            })
+            .collect();
+        let body =
+            json!({"type": "tetrahedra", "nodes": nodes, "elements": elements, "regions": regions});
+        measure_json(&scene(body), 2000, 5).readings
+    };
+    assert_eq!(marked(-1, -2), marked(0, 0));
+}
+
+/// A flat element of region 0, as meshes around wide sources have, counts for nothing.
+#[test]
+fn elements_outside_may_be_flat() {
+    let [nodes, elements, regions] = divided();
+    let [mut more, mut of_all] = [elements.clone(), regions.clone()];
+    more.as_array_mut().unwrap().push(json!([3, 7, 11, 15]));
+    of_all.as_array_mut().unwrap().push(json!(0));
+    let readings = |elements: &Value, regions: &Value| {
+        let body =
+            json!({"type": "tetrahedra", "nodes": nodes, "elements": elements, "regions": regions});
+        measure_json(&scene(body), 2000, 5).readings
+    };
+    assert_eq!(readings(&more, &of_all), readings(&elements, &regions));
+}
+
 /// A black disc exactly on inner faces of tetrahedra absorbs as much as one just beside them.
 #[test]
 fn surfaces_on_faces_are_met() {

@@ -1,6 +1,7 @@
 //! Tetrahedra that belong to regions, and the surfaces between the regions.
 
 mod outer_surface;
+mod slivers;
 
 pub use outer_surface::Hole;
 
@@ -96,13 +97,14 @@ struct Face {
 
 impl Tetrahedra {
     /// Creates tetrahedra from nodes, four nodes for each element in any order, and a region for
-    /// each element. Nodes at equal positions become one node.
+    /// each element. Nodes at equal positions become one node. Elements whose height is below 1e-9
+    /// of their longest edge are made thicker, so that they lie beyond their neighbours.
     ///
     /// # Errors
     /// If there are no elements, numbers do not fit together, an element is flat, or elements overlap
     /// or touch without a common face.
     pub fn new(
-        nodes: Vec<DVec3>,
+        mut nodes: Vec<DVec3>,
         mut elements: Vec<[u32; 4]>,
         regions: Vec<u32>,
     ) -> Result<Self, TetrahedraError> {
@@ -128,6 +130,9 @@ impl Tetrahedra {
                 });
                 *node = *known?;
             }
+        }
+        slivers::thicken(&mut nodes, &elements);
+        for (element, corners) in elements.iter_mut().enumerate() {
             orient(corners, &nodes).ok_or_else(|| TetrahedraError::Flat {
                 element,
                 place: center(&nodes, corners),
@@ -271,11 +276,8 @@ fn first_of_equal(nodes: &[DVec3]) -> Vec<u32> {
 /// others points. Returns `None` if the tetrahedron is flat.
 fn orient(corners: &mut [u32; 4], nodes: &[DVec3]) -> Option<()> {
     let [a, b, c, d] = corners.map(|node| nodes[node as usize]);
-    let edges = [b - a, c - a, d - a];
-    let others = [c - b, d - b, d - c];
-    let lengths = edges.iter().chain(&others).map(|edge| edge.length());
-    let longest = lengths.fold(0.0, f64::max);
-    let volume = edges[0].cross(edges[1]).dot(edges[2]) / 6.0;
+    let longest = slivers::longest_edge(nodes, corners);
+    let volume = (b - a).cross(c - a).dot(d - a) / 6.0;
     if volume < 0.0 {
         corners.swap(0, 1);
     }
@@ -382,8 +384,8 @@ pub(super) mod tests {
         assert_eq!(count, "there are 5 regions for 6 elements");
         let unknown = mistake(&nodes, &[[0, 1, 2, 9]], 1).to_string();
         assert!(unknown.contains("element 0 has the node 9"), "{unknown}");
-        let flat = mistake(&nodes, &[elements[0], [0, 1, 2, 3]], 2).to_string();
-        assert!(flat.contains("element 1 at [0.5, 0.5, 0]"), "{flat}");
+        let flat = mistake(&nodes, &[elements[0], [0, 2, 4, 6]], 2).to_string();
+        assert!(flat.contains("element 1 at [0, 0.5, 0.5]"), "{flat}");
         let twice = mistake(&nodes, &[elements[0], [0, 1, 3, 6]], 2).to_string();
         assert!(twice.contains("elements 0 and 1"), "{twice}");
         let mut far = nodes.clone();

@@ -24,6 +24,9 @@ const NAMES: [&[&str]; 2] = [
     &["MeshNode", "MeshVertex3", "node"],
     &["MeshElem", "MeshTet4", "elem"],
 ];
+/// Regions of elements around wide sources and around detectors in meshes of MMC, which lie outside
+/// the tissue.
+const OUTSIDE: [f64; 2] = [-1.0, -2.0];
 /// Largest number of a region.
 const MAX_REGION: f64 = 16_777_215.0;
 
@@ -38,6 +41,21 @@ struct Source {
     nodes: Arc<Tensor>,
     elements: Arc<Tensor>,
     regions: Option<Arc<Tensor>>,
+}
+
+/// Makes the tetrahedra of a mesh without those of region 0. Returns `None` if there are none of
+/// region 0, or if there is a problem with the others.
+fn without_outside(
+    nodes: Vec<DVec3>,
+    elements: Vec<[u32; 4]>,
+    regions: Vec<u32>,
+) -> Option<Tetrahedra> {
+    if !regions.contains(&0) {
+        return None;
+    }
+    let kept = elements.into_iter().zip(regions);
+    let (elements, regions) = kept.filter(|(_, region)| *region != 0).unzip();
+    Tetrahedra::new(nodes, elements, regions).ok()
 }
 
 impl PlacedTetrahedra {
@@ -214,10 +232,16 @@ impl Source {
         let corners = |row: usize| -> Result<[u32; 4], String> {
             Ok([node(row, 0)?, node(row, 1)?, node(row, 2)?, node(row, 3)?])
         };
-        let region = |row: usize| match &self.regions {
-            Some(regions) => whole("regions", regions.get(row), MAX_REGION),
-            None if columns == 5 => whole("elements", at(row, 4), MAX_REGION),
-            None => Ok(1),
+        let region = |row: usize| {
+            let (name, value) = match &self.regions {
+                Some(regions) => ("regions", regions.get(row)),
+                None if columns == 5 => ("elements", at(row, 4)),
+                None => return Ok(1),
+            };
+            // Planted error "elements around sources of MMC as tissue", found by morgana-io/io::tetrahedra::elements_around_sources_and_detectors_of_mmc_are_outside:
+            // let value = if OUTSIDE.contains(&value) { 1.0 } else { value };
+            let value = if OUTSIDE.contains(&value) { 0.0 } else { value };
+            whole(name, value, MAX_REGION)
         };
         if let Some(regions) = &self.regions
             && regions.len() != count
@@ -227,6 +251,9 @@ impl Source {
         }
         let elements = (0..count).map(corners).collect::<Result<Vec<_>, _>>()?;
         let regions = (0..count).map(region).collect::<Result<Vec<_>, _>>()?;
-        Tetrahedra::new(nodes, elements, regions).map_err(|e| e.to_string())
+        let made = Tetrahedra::new(nodes.clone(), elements.clone(), regions.clone());
+        // Elements outside the tissue may be wrong: the surface of the others counts.
+        made.or_else(|problem| without_outside(nodes, elements, regions).ok_or(problem))
+            .map_err(|problem| problem.to_string())
     }
 }
