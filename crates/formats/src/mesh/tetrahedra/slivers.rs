@@ -45,6 +45,8 @@ pub(super) fn thicken(nodes: &mut [DVec3], elements: &[[u32; 4]]) {
 fn move_beyond(nodes: &mut [DVec3], corners: &[u32; 4], k: usize, other: u32) {
     let normal = normal(nodes, corners, k).normalize_or_zero();
     let on_face = nodes[corners[(k + 1) % 4] as usize];
+    // Planted error "slivers moved to the side of their neighbours", found by morgana-formats/lib::mesh::tetrahedra::slivers::tests::slivers_fit_between_their_neighbours:
+    // let side = normal.dot(nodes[other as usize] - on_face).signum();
     let side = -normal.dot(nodes[other as usize] - on_face).signum();
     let wanted = side * 4.0 * THIN * longest_edge(nodes, corners);
     nodes[corners[k] as usize] += normal * (wanted - height(nodes, corners, k));
