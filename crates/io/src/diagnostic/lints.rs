@@ -24,6 +24,7 @@ lints! {
     LONG_PATHS: "long_paths", "Paths that hardly ever end.";
     MANY_STEPS: "many_steps", "A medium through which rays take very many steps.";
     MESH_HOLES: "mesh_holes", "Spaces that a mesh of tetrahedra encloses and leaves empty.";
+    MESH_OUTSIDE: "mesh_outside", "Elements of region 0 in a mesh of tetrahedra that are left out, because one of them is flat.";
     METER_FILM: "meter_film", "Channels or pixels in the film of a meter, which has none of its own.";
     METER_INTEGRATOR: "meter_integrator", "An integrator that meters use only in part.";
     METER_IN_THE_CLEAR: "meter_in_the_clear", "A meter where no medium attenuates light.";

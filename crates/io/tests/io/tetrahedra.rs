@@ -151,6 +151,8 @@ fn elements_outside_may_be_flat() {
         measure_json(&scene(body), 2000, 5).readings
     };
     assert_eq!(readings(&more, &of_all), readings(&elements, &regions));
+    let told = warnings(nodes.as_array().unwrap(), &more, &of_all);
+    assert!(told.contains("mesh_outside"), "{told}");
 }
 
 /// A black disc exactly on inner faces of tetrahedra absorbs as much as one just beside them.
@@ -179,15 +181,17 @@ fn surfaces_on_faces_are_met() {
 }
 
 /// The cavity of label 0 is a voxel of the 3 × 3 × 3 voxels of a unit cube.
+/// Returns the warnings about a scene with a mesh.
+fn warnings(nodes: &[Value], elements: &Value, regions: &Value) -> String {
+    let scene = scene(json!({
+        "type": "tetrahedra", "nodes": nodes, "elements": elements, "regions": regions,
+    }));
+    load_json(&scene).unwrap().warnings.to_string()
+}
+
 #[test]
 fn holes_are_warned_about() {
     let [nodes, mut elements, mut regions] = divided();
-    let warnings = |nodes: &[Value], elements: &Value, regions: &Value| {
-        let scene = scene(json!({
-            "type": "tetrahedra", "nodes": nodes, "elements": elements, "regions": regions,
-        }));
-        load_json(&scene).unwrap().warnings.to_string()
-    };
     let nodes = nodes.as_array().unwrap();
     let told = warnings(nodes, &elements, &regions);
     let expected = "an enclosed space of volume 3.704e-2 around [0.5";

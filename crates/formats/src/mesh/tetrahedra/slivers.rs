@@ -7,14 +7,12 @@ use std::collections::{HashMap, HashSet};
 /// often give positions with about ten digits.
 const THIN: f64 = 1e-9;
 
-/// Moves nodes so that each sliver lies beyond the faces of its neighbours: by a few times [`THIN`]
-/// of its longest edge. Slivers that touch only slivers stay as they are.
+/// Moves nodes so that each sliver lies beyond a wide face of a neighbour: by at most five times
+/// [`THIN`] of its longest edge. Slivers that share wide faces only with slivers stay as they are.
 pub(super) fn thicken(nodes: &mut [DVec3], elements: &[[u32; 4]]) {
-    let is_sliver = |corners: &&[u32; 4]| {
-        let heights = (0..4).map(|k| height(nodes, corners, k).abs());
-        heights.fold(f64::INFINITY, f64::min) < THIN * longest_edge(nodes, corners)
-    };
-    let slivers: Vec<[u32; 4]> = elements.iter().filter(is_sliver).copied().collect();
+    let is_sliver = |corners: &[u32; 4]| (0..4).any(|k| is_low(nodes, corners, k));
+    let (slivers, others): (Vec<[u32; 4]>, Vec<[u32; 4]>) =
+        elements.iter().copied().partition(is_sliver);
     if slivers.is_empty() {
         return;
     }
@@ -22,7 +20,7 @@ pub(super) fn thicken(nodes: &mut [DVec3], elements: &[[u32; 4]]) {
     let faces: HashSet<[u32; 3]> = slivers.iter().flat_map(faces_of).collect();
     // The node of another element beyond each face of the slivers.
     let mut beyond = HashMap::new();
-    for corners in elements.iter().filter(|corners| !slivers.contains(corners)) {
+    for corners in &others {
         for k in 0..4 {
             let face = key(corners, k);
             if faces.contains(&face) {
@@ -31,13 +29,22 @@ pub(super) fn thicken(nodes: &mut [DVec3], elements: &[[u32; 4]]) {
         }
     }
     for corners in &slivers {
-        let known = (0..4).filter_map(|k| Some((k, *beyond.get(&key(corners, k))?)));
+        // Over a narrow face, a sliver can be high: its corner there would move far.
+        // Planted error "corners of slivers moved over narrow faces", found by morgana-formats/lib::mesh::tetrahedra::slivers::tests::corners_do_not_move_far:
+        // let low = 0..4;
+        let low = (0..4).filter(|k| is_low(nodes, corners, *k));
+        let known = low.filter_map(|k| Some((k, *beyond.get(&key(corners, k))?)));
         let area = |k: usize| normal(nodes, corners, k).length();
         let widest = known.max_by(|(a, _), (b, _)| area(*a).total_cmp(&area(*b)));
         if let Some((k, other)) = widest {
             move_beyond(nodes, corners, k, other);
         }
     }
+}
+
+/// Returns true if the corner `k` has less than the height of a sliver.
+fn is_low(nodes: &[DVec3], corners: &[u32; 4], k: usize) -> bool {
+    height(nodes, corners, k).abs() < THIN * longest_edge(nodes, corners)
 }
 
 /// Moves the corner `k` to a small distance from the face opposite to it, on the other side than the
@@ -108,5 +115,21 @@ mod tests {
             let neighbours = made.adjacent()[4];
             assert!(neighbours.iter().all(Option::is_some), "{lift}");
         }
+    }
+
+    /// A sliver that is high over its only common face, which is narrow, stays flat: its corner
+    /// there would move by 0.17.
+    #[test]
+    fn corners_do_not_move_far() {
+        let mut nodes = [
+            DVec3::ZERO,
+            DVec3::X,
+            DVec3::new(0.5, 0.0, 3e-9),
+            DVec3::new(0.5, 0.17, 0.98),
+            DVec3::new(0.5, -1.0, 0.0),
+        ];
+        let before = nodes;
+        super::thicken(&mut nodes, &[[0, 1, 2, 3], [0, 1, 2, 4]]);
+        assert_eq!(nodes, before);
     }
 }

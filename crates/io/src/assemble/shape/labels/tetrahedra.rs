@@ -9,7 +9,7 @@ use crate::diagnostic::lints;
 use crate::error::{FileError, Problem};
 use crate::input::{self, Budget, Limits};
 use crate::jdata::{AnnotatedArray, JdataValue};
-use crate::mesh::tetrahedra::Tetrahedra;
+use crate::mesh::tetrahedra::{Tetrahedra, TetrahedraError};
 use crate::query::Query;
 use crate::scene::{ObjectDescription, Tensor};
 use glam::{DAffine3, DVec3};
@@ -43,19 +43,26 @@ struct Source {
     regions: Option<Arc<Tensor>>,
 }
 
-/// Makes the tetrahedra of a mesh without those of region 0. Returns `None` if there are none of
-/// region 0, or if there is a problem with the others.
-fn without_outside(
+/// Makes the tetrahedra of a mesh. If one of region 0 is flat, leaves out all of region 0, and also
+/// returns this problem.
+fn made(
     nodes: Vec<DVec3>,
     elements: Vec<[u32; 4]>,
     regions: Vec<u32>,
-) -> Option<Tetrahedra> {
-    if !regions.contains(&0) {
-        return None;
+) -> Result<(Tetrahedra, Option<TetrahedraError>), TetrahedraError> {
+    let problem = match Tetrahedra::new(nodes.clone(), elements.clone(), regions.clone()) {
+        Ok(all) => return Ok((all, None)),
+        Err(problem) => problem,
+    };
+    match problem {
+        TetrahedraError::Flat { element, .. } if regions[element] == 0 => {}
+        problem => return Err(problem),
     }
     let kept = elements.into_iter().zip(regions);
     let (elements, regions) = kept.filter(|(_, region)| *region != 0).unzip();
-    Tetrahedra::new(nodes, elements, regions).ok()
+    let rest = Tetrahedra::new(nodes, elements, regions);
+    rest.map(|rest| (rest, Some(problem.clone())))
+        .map_err(|_| problem)
 }
 
 impl PlacedTetrahedra {
@@ -66,7 +73,13 @@ impl PlacedTetrahedra {
         let to_world = q.transform("to_world");
         let to_world = affine(to_world, "to_world", &mut q);
         let mesh = source.mesh();
-        let mesh = context.accept(&object.location, mesh)?;
+        let (mesh, left_out) = context.accept(&object.location, mesh)?;
+        if let Some(problem) = left_out {
+            let message = format!("the elements of region 0 are left out: {problem}");
+            let help = "the exterior medium fills their space".to_owned();
+            let warning = lints::warning(lints::MESH_OUTSIDE, message).help(help);
+            context.diagnostics.push(warning.at(&object.location));
+        }
         warn_about_holes(&mesh, object, context);
         Some(PlacedTetrahedra { mesh, to_world })
     }
@@ -182,8 +195,9 @@ impl Source {
         })
     }
 
-    /// Makes the tetrahedra.
-    fn mesh(&self) -> Result<Tetrahedra, String> {
+    /// Makes the tetrahedra. Also returns the problem because of which those of region 0 are left
+    /// out, if they are.
+    fn mesh(&self) -> Result<(Tetrahedra, Option<TetrahedraError>), String> {
         let of = |name: &str, problem: String| format!("{name}: {problem}");
         let nodes = self.nodes.rows::<3>();
         let nodes = nodes.map_err(|e| of("nodes", e.to_string()))?;
@@ -251,9 +265,6 @@ impl Source {
         }
         let elements = (0..count).map(corners).collect::<Result<Vec<_>, _>>()?;
         let regions = (0..count).map(region).collect::<Result<Vec<_>, _>>()?;
-        let made = Tetrahedra::new(nodes.clone(), elements.clone(), regions.clone());
-        // Elements outside the tissue may be wrong: the surface of the others counts.
-        made.or_else(|problem| without_outside(nodes, elements, regions).ok_or(problem))
-            .map_err(|problem| problem.to_string())
+        made(nodes, elements, regions).map_err(|problem| problem.to_string())
     }
 }
