@@ -15,7 +15,7 @@ from ._glass import Glass
 from ._materials import Dispersion, known_glass
 from ._morgana import Field
 from ._scene import load_field
-from ._system import Aperture, Conic, GradError, Medium, Plane, System
+from ._system import Aperture, Conic, GradError, Medium, Plane, System, aspheric_coefficients
 from ._system import Surface as SystemSurface
 from ._values import Fields
 
@@ -28,7 +28,7 @@ RIM_OFFSET = 1e-9
 
 
 class Surface(NamedTuple):
-    """Row of a :class:`Prescription`: a conic surface, and the medium behind it.
+    """Row of a :class:`Prescription`: a conic surface or even asphere, and the medium behind it.
 
     Examples
     --------
@@ -52,6 +52,9 @@ class Surface(NamedTuple):
     stop: bool = False
     """True for the aperture stop. One surface of a prescription is the stop; the first if none is
     marked."""
+    aspheric: Sequence[float] = ()
+    """Coefficients A₁, A₂, … of ρ², ρ⁴, …, up to 8, that an even asphere adds to the conic, of the
+    unit 1/length^(2j − 1)."""
 
 
 class Layout(NamedTuple):
@@ -264,7 +267,7 @@ def layout(prescription: Prescription, wavelength: Optional[float] = None, count
             rows.append(None)
         else:
             rows.append(len(elements))
-            elements.append(Conic((0.0, 0.0, float(z)), AXIS, curvature, float(surface.conic)))
+            elements.append(Conic((0.0, 0.0, float(z)), AXIS, curvature, float(surface.conic), tuple(surface.aspheric)))
             media.append(medium)
         elements.extend(opening if depth > 0 else [])
         owners.extend([i] * (len(elements) - len(owners)))
@@ -277,7 +280,8 @@ def sag(surface: Surface, height: float) -> float:
     c = 0.0 if math.isinf(surface.radius) else 1 / surface.radius
     square = height * height
     root = 1 - (1 + surface.conic) * c * c * square
-    return c * square / (1 + math.sqrt(root)) if root >= 0 else math.nan
+    departure = sum(a * square**j for j, a in enumerate(surface.aspheric, 1))
+    return c * square / (1 + math.sqrt(root)) + departure if root >= 0 else math.nan
 
 
 def _check(surface: Surface, what: str) -> None:
@@ -288,6 +292,7 @@ def _check(surface: Surface, what: str) -> None:
         value = checks.real(getattr(surface, name), f"{what}.{name}", "a finite number")
         if not math.isfinite(value):
             raise GradError(f"{what}.{name} is {value} but must be a finite number")
+    aspheric_coefficients(surface.aspheric, f"{what}.aspheric")
     if surface.aperture is not None and math.isnan(sag(surface, checks.positive(surface.aperture, f"{what}.aperture"))):
         raise GradError(f"{what}.aperture is {surface.aperture:g}, but the surface of radius {radius:g} and conic {surface.conic:g} does not reach this far")
 

@@ -16,12 +16,18 @@ from ._values import comparable
 
 Doubles = NDArray[np.float64]
 Vector = Tuple[float, float, float]
-Element = Tuple[Vector, Vector, Tuple[float, float, float, float], Optional[float]]
+Element = Tuple[Vector, Vector, Tuple[float, float, float, float], Tuple[float, ...], Optional[float]]
 """Surface for the compiled part: a point, a unit axis, a form (α, β, γ, δ) of α|d|² + βz² + γz + δ
-= 0, and the radius of an opening."""
+= 0, the coefficients of its departure along the axis, and the radius of an opening."""
 
-ROWS = 10
-"""Numbers of a surface in derivatives of the compiled part: point, axis, form."""
+DEPARTURES = 8
+"""Largest number of coefficients of an asphere."""
+
+ROWS = 10 + DEPARTURES
+"""Numbers of a surface in derivatives of the compiled part: point, axis, form, departure."""
+
+QUADRIC = DEPARTURES * (0.0,)
+"""Departure of a surface that is no asphere."""
 
 
 class GradError(Error, ValueError):
@@ -65,7 +71,7 @@ class Cylinder(NamedTuple):
 
 @comparable
 class Conic(NamedTuple):
-    """Conic surface of a lens, z = cρ²/(1 + √(1 − (1 + k)c²ρ²)).
+    """Conic surface or even asphere of a lens, z = cρ²/(1 + √(1 − (1 + k)c²ρ²)) + A₁ρ² + A₂ρ⁴ + ….
 
     z is the position along the axis from the vertex, and ρ the distance from the axis."""
 
@@ -78,6 +84,9 @@ class Conic(NamedTuple):
     for a plane."""
     conic: float = 0.0
     """Conic constant k: 0 for a sphere, −1 for a paraboloid."""
+    aspheric: ArrayLike = ()
+    """Coefficients A₁, A₂, … of ρ², ρ⁴, …, up to 8, of the unit 1/length^(2j − 1). The surface ends at
+    the rim of the conic."""
 
 
 @comparable
@@ -273,42 +282,59 @@ def _medium(medium: Any, what: str, has_box: bool) -> Union[float, Field, Double
     return samples
 
 
+def aspheric_coefficients(values: ArrayLike, what: str) -> Doubles:
+    """Returns the checked coefficients of an asphere."""
+    found = np.asarray(values, dtype=float)
+    if found.ndim != 1 or len(found) > DEPARTURES or not np.isfinite(found).all():
+        raise GradError(f"{what} is {checks.shown(values)} but must be up to {DEPARTURES} finite numbers, of ρ², ρ⁴, …")
+    return found
+
+
 def _quadric(surface: Any, what: str) -> Tuple[Element, Dict[str, Doubles]]:
     """Converts a surface for the compiled part, and returns the derivatives of its numbers by each
-    parameter, (10, numbers)."""
+    parameter, (ROWS, numbers)."""
+
+    def of_rows(first: int, matrix: Doubles) -> Doubles:
+        rows = np.zeros((ROWS, matrix.shape[1]))
+        rows[first : first + len(matrix)] = matrix
+        return rows
 
     def of_point(matrix: Doubles) -> Doubles:
-        return np.vstack([matrix, np.zeros((7, 3))])
+        return of_rows(0, matrix)
 
     def of_axis(matrix: Doubles) -> Doubles:
-        return np.vstack([np.zeros((3, 3)), matrix, np.zeros((4, 3))])
+        return of_rows(3, matrix)
 
     def of_form(*form: float) -> Doubles:
-        return np.array([*6 * [0.0], *form])[:, None]
+        return of_rows(6, np.array(form)[:, None])
 
     if isinstance(surface, Sphere):
         r = checks.positive(surface.radius, f"{what}.radius")
-        element = (triple(finite(surface.center, f"{what}.center")), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0, -r * r), None)
+        element = (triple(finite(surface.center, f"{what}.center")), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0, -r * r), QUADRIC, None)
         return element, {"center": of_point(np.eye(3)), "radius": of_form(0, 0, 0, -2 * r)}
     if isinstance(surface, Plane):
         axis, turned = unit(surface.normal, f"{what}.normal")
-        element = (triple(finite(surface.point, f"{what}.point")), triple(axis), (0.0, 0.0, 1.0, 0.0), None)
+        element = (triple(finite(surface.point, f"{what}.point")), triple(axis), (0.0, 0.0, 1.0, 0.0), QUADRIC, None)
         return element, {"point": of_point(np.eye(3)), "normal": of_axis(turned)}
     if isinstance(surface, Cylinder):
         axis, turned = unit(surface.axis, f"{what}.axis")
         r = checks.positive(surface.radius, f"{what}.radius")
-        element = (triple(finite(surface.point, f"{what}.point")), triple(axis), (1.0, -1.0, 0.0, -r * r), None)
+        element = (triple(finite(surface.point, f"{what}.point")), triple(axis), (1.0, -1.0, 0.0, -r * r), QUADRIC, None)
         return element, {"point": of_point(np.eye(3)), "axis": of_axis(turned), "radius": of_form(0, 0, 0, -2 * r)}
     if isinstance(surface, Conic):
         axis, turned = unit(surface.axis, f"{what}.axis")
         c, k = (_finite(value, f"{what}.{name}") for name, value in (("curvature", surface.curvature), ("conic", surface.conic)))
-        element = (triple(finite(surface.vertex, f"{what}.vertex")), triple(axis), (c, c * k, -2.0, 0.0), None)
+        aspheric = aspheric_coefficients(surface.aspheric, f"{what}.aspheric")
+        departure = tuple([*aspheric, *(DEPARTURES - len(aspheric)) * [0.0]])
+        element = (triple(finite(surface.vertex, f"{what}.vertex")), triple(axis), (c, c * k, -2.0, 0.0), departure, None)
         columns = {"curvature": of_form(1, k, 0, 0), "conic": of_form(0, c, 0, 0)}
+        if len(aspheric):
+            columns["aspheric"] = of_rows(10, np.eye(len(aspheric)))
         return element, {"vertex": of_point(np.eye(3)), "axis": of_axis(turned), **columns}
     if isinstance(surface, Aperture):
         axis, _ = unit(surface.normal, f"{what}.normal")
         r = checks.positive(surface.radius, f"{what}.radius")
-        return (triple(finite(surface.center, f"{what}.center")), triple(axis), (0.0, 0.0, 1.0, 0.0), r), {}
+        return (triple(finite(surface.center, f"{what}.center")), triple(axis), (0.0, 0.0, 1.0, 0.0), QUADRIC, r), {}
     raise GradError(f"{what} is {surface!r} but must be a Plane, Sphere, Cylinder, Conic or Aperture")
 
 

@@ -10,7 +10,7 @@ from ._errors import FileError
 from ._glass import Glass
 from ._materials import Dispersion, known_glass
 from ._prescription import Material, Prescription, Surface
-from ._system import GradError
+from ._system import DEPARTURES, GradError
 
 UNITS = {"MM": 1e-3, "CM": 1e-2, "IN": 0.0254, "METER": 1.0, "M": 1.0}
 """Lengths of the units of UNIT in metres."""
@@ -48,7 +48,7 @@ def read_zmx(path: Union[str, "os.PathLike[str]"], *, glasses: Optional[Mapping[
     """Read a lens from a Zemax file (``.zmx``).
 
     The reader takes sequential files of rotationally symmetric lenses: the surface types STANDARD,
-    GRINSUR1, GRINSUR2 and GRINSUR3, and EVENASPH without aspheric coefficients; the lines UNIT,
+    EVENASPH, GRINSUR1, GRINSUR2 and GRINSUR3; the lines UNIT,
     WAVM, WAVL, PWAV, FTYP (angles and object heights), XFLN, YFLN, ENPD, FNUM, FLOA, NAME, STOP,
     CURV, CONI, DISZ, DIAM, GLAS, CLAP and FLAP. An unknown glass with an index and an Abbe number
     in its line becomes :meth:`Glass.model` only if it is a model glass (``___BLANK``). Other lines
@@ -200,10 +200,6 @@ class _File:
         if row is not None and kind not in TYPES:
             self.fail(row, f"surface {self.label(rows)} has the type {kind}, which is not supported: the types are {', '.join(TYPES)}")
         parameters = {self.whole(one, 1): (one, self.number(one, 2)) for one in rows.get("PARM", [])}
-        if kind == "EVENASPH":
-            for order, (one, value) in sorted(parameters.items()):
-                if value:
-                    self.fail(one, f"EVENASPH has the coefficient {value:g} of r^{2 * order}: a System has conics only, so that all coefficients must be 0")
         for key in NON_CIRCULAR:
             if key in rows:
                 self.fail(rows[key][-1], f"the aperture {key} is not supported: apertures must be circles (CLAP, FLAP)")
@@ -217,7 +213,20 @@ class _File:
             conic=0.0 if conic is None else self.number(conic, 1),
             aperture=self.opening(rows),
             stop=stop,
+            aspheric=self.aspheric(parameters) if kind == "EVENASPH" else (),
         )
+
+    def aspheric(self, parameters: Dict[int, Tuple[Row, float]]) -> Tuple[float, ...]:
+        """Returns the coefficients of r², r⁴, … of an EVENASPH."""
+        for order, (row, value) in parameters.items():
+            if not 1 <= order <= DEPARTURES and value:
+                self.fail(row, f"EVENASPH has the coefficient {value:g} of r^{2 * order}: the orders are r^2 to r^{2 * DEPARTURES}")
+            if not math.isfinite(value):
+                self.fail(row, f"EVENASPH has {value:g} where a finite number must be")
+        values = [parameters[i][1] if i in parameters else 0.0 for i in range(1, DEPARTURES + 1)]
+        while values and not values[-1]:
+            values.pop()
+        return tuple(values)
 
     def gradient(self, kind: str, parameters: Dict[int, Tuple[Row, float]]) -> Material:
         of, formula, names = GRADIENTS[kind]

@@ -9,6 +9,7 @@ import math
 import morgana
 import numpy as np
 import pytest
+import scipy.special
 from morgana import lens
 from morgana.lens import Prescription, Surface
 
@@ -138,6 +139,41 @@ def test_an_ellipsoid_focuses_all_rays():
     assert lens.trace(perfect._replace(surfaces=[perfect.surfaces[0]._replace(conic=0.0)])).rms_radius > 0.01
 
 
+def ends(surface, rays=12):
+    """Returns the ends of rays through a plano-convex lens with this first surface."""
+    lens = morgana.lens.Prescription([surface, morgana.lens.Surface(thickness=90.0)], entrance_pupil=16.0)
+    x = np.linspace(-8, 8, rays)
+    starts = np.stack([x, 0.3 * x + 0.1, 0 * x - 5], axis=-1)
+    beam = morgana.grad.Rays(starts, np.tile([0.02, 0.01, 1.0], (rays, 1)), exit=lens.image)
+    return beam.forward(lens.system()).positions
+
+
+def test_aspheres_are_conics_where_both_are_possible():
+    surface = morgana.lens.Surface
+    # A paraboloid is a plane with the coefficient 1/2R of ρ².
+    np.testing.assert_allclose(ends(surface(math.inf, 6.0, 1.6, aspheric=[1 / 100])), ends(surface(50.0, 6.0, 1.6, conic=-1.0)), atol=1e-11)
+    # An ellipsoid is a sphere with the difference of both series in ρ², which converges as (ρ/R)¹⁸.
+    c, k = 1 / 50, -0.6
+    series = [abs(scipy.special.binom(0.5, j)) * c ** (2 * j - 1) * ((1 + k) ** (j - 1) - 1) for j in range(1, 9)]
+    np.testing.assert_allclose(ends(surface(50.0, 6.0, 1.6, aspheric=series)), ends(surface(50.0, 6.0, 1.6, conic=k)), atol=1e-11)
+    assert abs(ends(surface(50.0, 6.0, 1.6)) - ends(surface(50.0, 6.0, 1.6, conic=k))).max() > 1e-3
+
+
+def test_derivatives_by_aspheric_coefficients():
+    lens = morgana.lens.Prescription([morgana.lens.Surface(50.0, 6.0, 1.6, aspheric=[1e-4, -1e-6]), morgana.lens.Surface(thickness=90.0)], entrance_pupil=16.0)
+    rays = morgana.grad.Rays([[6.0, 2.0, -5.0]], [[0.02, 0.01, 1.0]], exit=lens.image)
+    system = lens.system()
+    assert morgana.grad.parameters(system)["surfaces[0].aspheric"].shape == (2,)
+    along = rays.jvp(system, {"surfaces[0].aspheric": [1.0, -3.0]}).positions
+    step = 1e-9
+
+    def moved(by):
+        front = system.surfaces[0]._replace(aspheric=np.array([1e-4, -1e-6]) + by * np.array([1.0, -3.0]))
+        return rays.forward(system._replace(surfaces=[front, *system.surfaces[1:]])).positions
+
+    np.testing.assert_allclose(along, (moved(step) - moved(-step)) / (2 * step), rtol=1e-5)
+
+
 def test_gradient_rods_against_an_integration_of_the_ray_equation():
     """DOP853 integrates d/ds(n dx/ds) = ∇n with t = ∫ds/n, in which x″ = ½∇n²."""
     integrate = pytest.importorskip("scipy.integrate")
@@ -255,6 +291,13 @@ def test_files_have_the_prescription(tmp_path, encoding):
     np.testing.assert_allclose(theirs.ends.positions, ours.ends.positions, atol=1e-9)
 
 
+def test_aspheres_of_files(tmp_path):
+    (tmp_path / "lens.zmx").write_text(zmx({2: "  PARM 1 0\n  PARM 2 1e-5\n  PARM 3 -2e-8\n  PARM 8 0\n"}, kind="EVENASPH"))
+    lens = morgana.lens.read_zmx(tmp_path / "lens.zmx")
+    assert [surface.aspheric for surface in lens.surfaces].count((0.0, 1e-5, -2e-8)) == 1
+    assert morgana.lens.paraxial(lens).focal_length == pytest.approx(morgana.lens.paraxial(triplet()).focal_length)
+
+
 def test_gradients_pupils_and_apertures_of_files(tmp_path):
     def read(text, **options):
         path = tmp_path / "lens.zmx"
@@ -281,7 +324,7 @@ def test_gradients_pupils_and_apertures_of_files(tmp_path):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        (zmx({2: "  PARM 2 1e-5\n"}, kind="EVENASPH"), r"lens.zmx:27: EVENASPH has the coefficient 1e-05 of r\^4: a System has conics only"),
+        (zmx({2: "  PARM 9 1e-5\n"}, kind="EVENASPH"), r"lens.zmx:27: EVENASPH has the coefficient 1e-05 of r\^18: the orders are r\^2 to r\^16"),
         (zmx(kind="COORDBRK"), r"lens.zmx:19: surface 1 has the type COORDBRK, which is not supported: the types are STANDARD, EVENASPH"),
         (zmx().replace("N-F2", "N-F22"), r"lens.zmx:\d+: no glass 'N-F22': close names are N-F2"),
         (zmx().replace("N-F2", "MIRROR"), "surface 3 is a mirror"),

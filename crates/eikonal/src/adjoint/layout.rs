@@ -4,7 +4,7 @@
 use super::embedded::Embedded;
 use super::follow::{AdjointRay, RayEnd, RayFailure, RayStart};
 use super::forward::WorldChange;
-use super::quadric::QuadricDerivative;
+use super::quadric::{DEPARTURES, QuadricDerivative};
 use super::receiver::Receiver;
 use super::reverse::{IndexSink, SurfaceDerivative};
 use super::sequence::Sequence;
@@ -128,7 +128,7 @@ impl<'a> LayoutDerivative<'a> {
             layout,
             receiver,
             media: media.map(|field| vec![0.0; field.sum_count()]).collect(),
-            surfaces: vec![[0.0; 10]; layout.surface_count()],
+            surfaces: vec![[0.0; 10 + DEPARTURES]; layout.surface_count()],
             exit: [0.0; 6],
         }
     }

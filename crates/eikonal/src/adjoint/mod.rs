@@ -30,7 +30,7 @@ pub use follow::{AdjointRay, RayEnd, RayFailure, RayStart};
 pub use forward::{EndChange, StartChange, WorldChange};
 pub use layout::{Layout, LayoutChange, LayoutDerivative};
 pub use parameters::ParameterDerivative;
-pub use quadric::{Quadric, QuadricDerivative};
+pub use quadric::{DEPARTURES, Quadric, QuadricDerivative};
 pub use receiver::Receiver;
 pub use reverse::{EndDerivative, IndexSink, StartDerivative, SurfaceDerivative};
 pub use sequence::{Sequence, SequenceElement};

@@ -4,7 +4,7 @@
 //! forward mode of the crate.
 
 use super::{
-    AdjointRay, EndDerivative, IndexSink, Layout, LayoutChange, LayoutDerivative,
+    AdjointRay, DEPARTURES, EndDerivative, IndexSink, Layout, LayoutChange, LayoutDerivative,
     ParameterDerivative, Quadric, RayStart, Receiver, Sequence, SequenceElement, StartChange,
     WorldChange,
 };
@@ -296,17 +296,20 @@ fn train() -> ([SequenceElement; 5], [Field; 5]) {
             point: DVec3::new(0.02, 0.0, -0.6),
             axis: tilted(0.05, -0.02),
             form: [curvature, -0.8 * curvature, -2.0, 0.0],
+            departure: [0.1, -0.2, 0.3, 0.0, 0.0, 0.0, 0.0, 0.1],
         }),
         SequenceElement::Aperture(Quadric::plane(DVec3::Z * -0.1, tilted(0.0, 0.1)), 0.6),
         SequenceElement::Refracting(Quadric {
             point: DVec3::new(0.0, 0.05, -1.0),
             axis: DVec3::Z,
             form: [1.0, 0.0, 0.0, -1.4 * 1.4],
+            departure: [0.0; DEPARTURES],
         }),
         SequenceElement::Refracting(Quadric {
             point: DVec3::new(0.05, 0.0, 1.9),
             axis: DVec3::new(0.1, 1.0, 0.05).normalize(),
             form: [1.0, -1.0, 0.0, -1.0],
+            departure: [0.0; DEPARTURES],
         }),
         SequenceElement::Refracting(Quadric::plane(DVec3::Z * 1.3, tilted(0.1, 0.05))),
     ];

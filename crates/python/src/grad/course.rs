@@ -3,8 +3,8 @@
 use crate::field::Field;
 use crate::numbers::array;
 use eikonal::adjoint::{
-    AdjointRay, Embedded, Layout, LayoutChange, LayoutDerivative, Quadric, QuadricDerivative,
-    Receiver, Sequence, SequenceElement,
+    AdjointRay, DEPARTURES, Embedded, Layout, LayoutChange, LayoutDerivative, Quadric,
+    QuadricDerivative, Receiver, Sequence, SequenceElement,
 };
 use eikonal::field::{Bspline, Constant, Placement};
 use eikonal::{Aabb, Field as Index, Tolerance};
@@ -27,8 +27,9 @@ pub enum GivenMedium<'py> {
     Index(f64),
 }
 
-/// Surface: point, unit axis and form of a quadric, and the radius of the opening for an aperture.
-type GivenElement = ([f64; 3], [f64; 3], [f64; 4], Option<f64>);
+/// Surface: point, unit axis, form and departure of a quadric, and the radius of the opening for an
+/// aperture.
+type GivenElement = ([f64; 3], [f64; 3], [f64; 4], [f64; DEPARTURES], Option<f64>);
 
 /// Media and surfaces that rays pass.
 #[derive(FromPyObject)]
@@ -185,7 +186,7 @@ impl Course {
             fields.push(array(py, by, &shape)?);
         }
         let count = surfaces.len();
-        let surfaces = array(py, surfaces.into_flattened(), &[count, 10])?;
+        let surfaces = array(py, surfaces.into_flattened(), &[count, 10 + DEPARTURES])?;
         Ok((fields, surfaces, exit))
     }
 
@@ -214,7 +215,7 @@ impl Course {
             };
         }
         let surfaces = given.1.as_array();
-        if surfaces.dim() != (change.surfaces.len(), 10) {
+        if surfaces.dim() != (change.surfaces.len(), 10 + DEPARTURES) {
             return Err(refused());
         }
         let numbers = change.surfaces.as_flattened_mut().iter_mut();
@@ -245,11 +246,12 @@ impl From<LayoutDerivative<'_>> for Sums {
     }
 }
 
-fn element((point, axis, form, radius): &GivenElement) -> SequenceElement {
+fn element((point, axis, form, departure, radius): &GivenElement) -> SequenceElement {
     let surface = Quadric {
         point: DVec3::from_array(*point),
         axis: DVec3::from_array(*axis),
         form: *form,
+        departure: *departure,
     };
     match radius {
         Some(radius) => SequenceElement::Aperture(surface, *radius),

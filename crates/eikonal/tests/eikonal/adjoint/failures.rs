@@ -11,6 +11,7 @@ fn rays_that_do_not_come_through() {
         point: DVec3::ZERO,
         axis: DVec3::Z,
         form: [1.0, 0.0, 0.0, -1.0],
+        departure: [0.0; DEPARTURES],
     };
     let receiver = Receiver::Plane {
         point: DVec3::Z * 2.0,
@@ -49,6 +50,7 @@ fn rays_that_do_not_come_through() {
         point: DVec3::ZERO,
         axis: DVec3::Z,
         form: [-1.0, 0.0, -2.0, 0.0],
+        departure: [0.0; DEPARTURES],
     };
     let concave = [SequenceElement::Refracting(concave)];
     assert_eq!(follow(&concave, &glass[..2], along(0.5)), Ok(()));
