@@ -121,7 +121,7 @@ def testless(errors: list[Planted]) -> list[str]:
 
 
 def main() -> int:
-    sources = sorted((ROOT / "crates").glob("*/src/**/*.rs"))
+    sources = sorted(path for suffix in ["rs", "wgsl"] for path in (ROOT / "crates").glob(f"*/src/**/*.{suffix}"))
     errors = [error for file in sources for error in planted_in(file)]
     names = [error.name for error in errors]
     twice = [f"{name}: two planted errors are called so" for name in sorted(names) if names.count(name) > 1]

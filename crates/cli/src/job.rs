@@ -5,6 +5,7 @@ use crate::command_error::CommandError;
 use crate::driver::TimeLimit;
 use crate::interrupt::Interrupt;
 use crate::load;
+use io::device::DeviceChoice;
 use io::part::Header;
 use io::{Limits, LoadOptions, Loaded, Run};
 use serde::{Deserialize, Serialize};
@@ -37,6 +38,8 @@ pub struct Job {
     pub target: Option<Measure>,
     /// True if strategies are separated.
     pub strategies: bool,
+    /// Device that walks particles.
+    pub device: DeviceChoice,
     /// Checks of the scene whose warnings are suppressed. They do not change results.
     #[serde(skip)]
     pub silenced: Vec<Lint>,
@@ -57,6 +60,7 @@ impl Job {
             target_error: args.stopping.target_error,
             target: args.stopping.target,
             strategies: args.outputs.strategies.is_some(),
+            device: args.machines.device,
             silenced: args.scene.silence.clone(),
         }
     }
@@ -131,6 +135,9 @@ impl Job {
         options.extend(self.particles.map(|n| format!("--particles {n}")));
         options.extend(self.target_error.map(|x| format!("--target-error {x}")));
         options.extend(self.target.map(|m| format!("--target {}", m.name())));
+        if self.device != DeviceChoice::Cpu {
+            options.push(format!("--device {}", self.device));
+        }
         let integrator = self.integrator.iter();
         options.extend(integrator.map(|name| format!("--integrator {name}")));
         options.extend(self.defines.iter().map(|(k, v)| format!("-D {k}={v}")));

@@ -6,6 +6,7 @@ use crate::numbers;
 use crate::report::Report;
 use io::arrays::Quality;
 use io::clock::Stopped;
+use io::diagnostic::escaped;
 use io::report;
 use serde_json::{Value, json};
 use transport::meter::{Reading, RecordTable};
@@ -77,8 +78,12 @@ impl Report<'_, Measurement> {
             Some(Stopped::Interrupted) => "interrupted: ",
             _ => "",
         };
+        let device = match self.run.device_name() {
+            "cpu" => String::new(),
+            name => format!(" on {}", escaped(name)),
+        };
         let mut lines = vec![format!(
-            "{stopped}{} · {} particles · {} particles/s",
+            "{stopped}{} · {} particles · {} particles/s{device}",
             numbers::duration(self.elapsed),
             numbers::count(self.result.particles as f64),
             numbers::count(self.rate()),
@@ -142,6 +147,7 @@ impl Report<'_, Measurement> {
             "particles": measurement.particles,
             "stopped": self.stopped.map(Stopped::name),
             "threads": self.threads,
+            "device": self.run.device_name(),
             "seconds": self.elapsed.as_secs_f64(),
             "particles_per_second": self.rate(),
             "channels": self.run.loaded.channel_names,

@@ -59,6 +59,7 @@ fn crates_depend_downwards_only() {
         "transport/src",
         &["::io::", "use io", "std::fs", "clap::", "println!"],
     );
+    refuses("gpu/src", &["::io::", "use io", "std::fs", "println!"]);
     refuses(
         "formats/src",
         &[
@@ -134,8 +135,14 @@ fn inside_transport_data_flows_one_way() {
     );
     refuses(
         "transport/src/observe/meter",
-        &["crate::integrator", "crate::render", "crate::film"],
+        &[
+            "crate::integrator",
+            "crate::render",
+            "crate::film",
+            "crate::device",
+        ],
     );
+    refuses("transport/src/device", &["crate::render"]);
 }
 
 #[test]

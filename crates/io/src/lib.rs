@@ -4,6 +4,7 @@
 pub mod arrays;
 pub mod assemble;
 pub mod clock;
+pub mod device;
 pub mod diagnostic;
 mod draft;
 pub mod features;

@@ -65,10 +65,18 @@ impl Run<'_> {
             }),
             Body::Meters(state) => {
                 let (meters, options) = (self.loaded.meters(), self.measure_options());
-                state.advance(scenes, &meters, &options, handle, |state| {
-                    on_pass(BodyRef::Meters(state));
-                    clock.look(state.done().count() >= options.particles)
-                })?;
+                let device = self.device_run();
+                state.advance_on(
+                    device.as_ref(),
+                    scenes,
+                    &meters,
+                    &options,
+                    handle,
+                    |state| {
+                        on_pass(BodyRef::Meters(state));
+                        clock.look(state.done().count() >= options.particles)
+                    },
+                )?;
             }
         }
         Ok(())

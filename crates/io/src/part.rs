@@ -18,9 +18,11 @@ use transport::sampling::Replicates;
 
 const MAGIC: &[u8; 8] = b"morgana\x1a";
 /// Format number; it increases with every change of the stored data.
-const FORMAT: u32 = 16;
+const FORMAT: u32 = 17;
 /// Name of the setting that records the integrator of the render.
 pub(crate) const INTEGRATOR: &str = "integrator";
+/// Name of the setting that records the number of particles of a batch on a device.
+pub(crate) const BATCH: &str = "particles of a batch";
 /// Name of the setting that records why the integrator was chosen.
 pub(crate) const REASON: &str = "choice of the integrator";
 const HASH: usize = blake3::OUT_LEN;

@@ -2,15 +2,17 @@
 
 use crate::clock::Clock;
 use crate::input;
-use crate::part::{Header, INTEGRATOR, REASON};
+use crate::part::{BATCH, Header, INTEGRATOR, REASON};
 use crate::rendered::Naming;
-use crate::{Limits, Loaded};
+use crate::{Limits, Loaded, Outcome};
+use std::sync::Arc;
 use std::time::Duration;
+use transport::device::Device;
 use transport::integrator::Integrator;
 use transport::meter::Meter;
 use transport::render::{
     Basis, Candidate, Choice, Extent, Handle, MeasureError, MeasureOptions, MeasureState,
-    Measurement, RenderOptions, Rendering, Target, choose, measure, memory, render, results,
+    Measurement, RenderOptions, Rendering, Target, choose, memory, render, results,
 };
 use transport::renderer::Renderer;
 use transport::sampling::Replicates;
@@ -44,6 +46,10 @@ pub struct Run<'a> {
     pub target: Option<Target>,
     /// True if the run also makes images of a picture's strategies.
     pub strategies: bool,
+    /// Device that walks particles; `None` for the CPU.
+    pub device: Option<Arc<dyn Device>>,
+    /// Number of particles of a batch, if a device walks them.
+    pub batch: Option<u64>,
 }
 
 /// Reason why a run cannot begin.
@@ -69,6 +75,9 @@ pub enum Refusal {
         /// Number of parts.
         count: u64,
     },
+    /// The device cannot run the scene.
+    #[error("{0}")]
+    Device(String),
     /// The film does not fit into memory. Without this check, the system would end the program
     /// without a message.
     #[error("{0}")]
@@ -96,6 +105,8 @@ impl<'a> Run<'a> {
             time: None,
             target: None,
             strategies: false,
+            device: None,
+            batch: None,
         }
     }
 
@@ -173,6 +184,9 @@ impl<'a> Run<'a> {
         if self.loaded.sampler.is_automatic() {
             self.replicates = Some(header.replicates);
         }
+        if self.device.is_some() {
+            self.adopt_batches(header);
+        }
         let candidates = std::mem::take(&mut self.candidates);
         let chosen = header.setting(INTEGRATOR);
         let chosen = candidates.iter().find(|i| Some(i.name()) == chosen);
@@ -180,6 +194,11 @@ impl<'a> Run<'a> {
             self.renderer = Renderer::Light(*integrator);
             self.reason = header.setting(REASON).map(String::from);
         }
+    }
+
+    /// Adopts the batches of parts that a device has made, which is not needed to merge them.
+    pub fn adopt_batches(&mut self, header: &Header) {
+        self.batch = header.setting(BATCH).and_then(|batch| batch.parse().ok());
     }
 
     /// Returns the header to store with parts of the run, without an origin.
@@ -196,6 +215,8 @@ impl<'a> Run<'a> {
             ("strategies", self.strategies.then(|| "told apart".into())),
             ("target error", target),
             (REASON, self.reason.clone()),
+            ("device", self.batch.map(|_| "gpu".into())),
+            (BATCH, self.batch.map(|batch| batch.to_string())),
         ];
         let settings = settings.into_iter();
         let settings = settings.filter_map(|(name, value)| Some((name.to_owned(), value?)));
@@ -271,17 +292,12 @@ impl<'a> Run<'a> {
     /// Returns the errors of [`Run::render`].
     pub fn measure(&self) -> Result<Measurement, Refusal> {
         let mut clock = self.begin()?;
-        let (meters, handle) = (self.loaded.meters(), Handle::default());
-        let options = self.measure_options();
-        let range = options.range();
-        let on_pass = |done| clock.look(done == range.end - range.start);
-        Ok(measure(
-            &self.loaded.groups,
-            &meters,
-            &options,
-            &handle,
-            on_pass,
-        )?)
+        let mut body = self.start()?;
+        self.advance(&mut body, &Handle::default(), &mut clock, |_| ())?;
+        match self.finish(body)? {
+            Outcome::Readings(measurement) => Ok(*measurement),
+            Outcome::Picture(_) => unreachable!("the scene has meters"),
+        }
     }
 
     /// Starts the clock, if something ends the run.

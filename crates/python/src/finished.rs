@@ -19,6 +19,8 @@ pub struct RunRecord {
     pub stopped: Option<&'static str>,
     /// Number of threads; `None` if parts were combined.
     pub threads: Option<usize>,
+    /// Name of the device: `cpu`, or the name of a GPU.
+    pub device: String,
     pub seconds: f64,
 }
 

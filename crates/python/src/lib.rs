@@ -59,7 +59,7 @@ mod _morgana {
     #[pymodule_export]
     use crate::render::Rendered;
     #[pymodule_export]
-    use crate::run::render;
+    use crate::run::{devices, render};
     #[pymodule_export]
     use crate::scene::{Scene, export_dict, export_file, load_dict, load_file};
     #[pymodule_export]

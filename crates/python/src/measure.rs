@@ -32,6 +32,7 @@ impl Measured {
             "particles_requested": run.requested,
             "stopped": run.stopped,
             "threads": run.threads,
+            "device": run.device,
             "seconds": run.seconds,
             "counters": report::counters(&measurement.stats),
             "balance": report::balance(&measurement.balance),

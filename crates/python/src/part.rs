@@ -106,6 +106,7 @@ impl Parts {
             requested: limits.samples,
             stopped: interrupted.then_some("interrupted"),
             threads: None,
+            device: run.device_name().into(),
             seconds,
         };
         finish(py, &run, part.body, scene.clone_ref(py), record)

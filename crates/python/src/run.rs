@@ -8,6 +8,7 @@ use crate::render::Rendered;
 use crate::scene::Scene;
 use crate::watch::watched;
 use io::clock::{Clock, Stopped};
+use io::device::{DeviceChoice, GpuDescription};
 use io::part::Body;
 use io::{Outcome, Run};
 use pyo3::prelude::*;
@@ -21,9 +22,15 @@ pub fn render<'py>(
     scene: Py<Scene>,
     limits: Limits,
     integrator: Option<&str>,
+    device: &str,
     tick: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let mut run = limits.run_by(&scene.get().loaded, integrator)?;
+    let device: DeviceChoice = device
+        .parse()
+        .map_err(|why| errors::render(format!("device is '{device}': {why}")))?;
+    py.detach(|| run.choose_device(device))
+        .map_err(|e| errors::refusal(&e))?;
     if !run.has_meters() {
         run.check(io::Limits::default())
             .map_err(|e| errors::refusal(&e))?;
@@ -36,6 +43,7 @@ pub fn render<'py>(
         requested: limits.samples,
         stopped: driven.stopped.map(Stopped::name),
         threads: Some(driven.threads),
+        device: run.device_name().into(),
         seconds: driven.seconds,
     };
     finish(py, &run, driven.body, scene.clone_ref(py), record)
@@ -101,4 +109,12 @@ pub fn finish<'py>(
             Bound::new(py, Measured::new(*measurement, scene, record))?.into_any()
         }
     })
+}
+
+/// Lists the GPUs of this machine: name, kind, driver, and bytes of the largest buffer.
+#[pyfunction]
+pub fn devices(py: Python<'_>) -> Vec<(String, String, String, u64)> {
+    let gpus = py.detach(io::device::gpus);
+    let tuple = |gpu: GpuDescription| (gpu.name, gpu.kind, gpu.driver, gpu.memory);
+    gpus.into_iter().map(tuple).collect()
 }

@@ -7,6 +7,7 @@ pub mod aov;
 pub mod attached;
 mod bins;
 pub mod budget;
+pub mod device;
 pub mod integrator;
 pub mod moments;
 pub mod observe;

@@ -223,6 +223,8 @@ pub enum Command {
 
 /// A scene file and its parameters.
 #[derive(Clone, Debug, ClapArgs)]
+// clap takes the group of a struct with flattened fields as empty, and optional scenes as missing.
+#[group(args = ["path"], multiple = true)]
 pub struct SceneArgs {
     /// Scene file: .json, or XML.
     #[arg(value_name = "SCENE")]
@@ -262,7 +264,10 @@ impl MemoryArgs {
 #[derive(Debug, ClapArgs)]
 pub struct InfoArgs {
     #[command(flatten)]
-    pub scene: SceneArgs,
+    pub scene: Option<SceneArgs>,
+    /// List the GPUs of this machine.
+    #[arg(long, exclusive = true)]
+    pub devices: bool,
     /// Print JSON.
     #[arg(long)]
     pub json: bool,

@@ -3,6 +3,7 @@
 use super::values::{duration, floating, fraction, measure, particles, samples, seed, threads};
 use super::{Frames, KeepArgs, SceneArgs, ToneArgs};
 use clap::Args as ClapArgs;
+use io::device::DeviceChoice;
 use io::element::Element;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -129,6 +130,17 @@ pub struct MachineArgs {
     /// Number of threads; all CPUs by default.
     #[arg(long, value_name = "N", value_parser = threads, hide_short_help = true)]
     pub threads: Option<usize>,
+    /// Device that walks the particles of meters: cpu, gpu, gpu:NUMBER, or auto.
+    ///
+    /// A GPU serves a fluencemeter on the voxels of a label volume or cube, in single precision.
+    /// morgana info SCENE says whether a GPU can run a scene, morgana info --devices lists GPUs.
+    #[arg(
+        long,
+        value_name = "DEVICE",
+        default_value = "cpu",
+        hide_short_help = true
+    )]
+    pub device: DeviceChoice,
     /// Render a sequence: FIRST..LAST or FIRST..LAST:STEP, including LAST.
     ///
     /// The frame number replaces {frame} in values of -D and in file names, with as many digits as

@@ -35,6 +35,7 @@ pub fn merge(args: &MergeArgs) -> Result<ExitCode, CommandError> {
     let loaded = job.load(args.memory.limits())?;
     let mut run = job.run(&loaded);
     run.choose_as(&header);
+    run.adopt_batches(&header);
     let agrees = header.agrees(&run.header());
     agrees.map_err(|e| {
         CommandError::Usage(format!(

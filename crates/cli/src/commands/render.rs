@@ -68,6 +68,10 @@ pub fn render_once(
         time: time.left(),
         ..job.run(&loaded)
     };
+    let reason = run.choose_device(job.device)?;
+    if let Some(reason) = reason.filter(|_| !args.outputs.quiet) {
+        say(&reason)?;
+    }
     let started = Instant::now();
     run.check(limits)?;
     let path = keeper::path(

@@ -37,7 +37,7 @@ mod sum;
 pub use acoustic::Acoustic;
 pub use acoustic_mode::AcousticMode;
 pub use affine::Affine;
-pub use bspline::{Bspline, NoiseShares, Placement};
+pub use bspline::{Bspline, NoiseShares, Placement, SplineCoefficients};
 pub use constant::Constant;
 pub use error::FieldError;
 pub use expression::Expression;
@@ -311,6 +311,22 @@ impl Field {
             Field::Affine(f) => f.memory(),
             Field::Scaled(f) => f.inner().memory(),
             _ => 0,
+        }
+    }
+
+    /// Returns the coefficients of a tricubic B-spline, for programs that evaluate it elsewhere.
+    /// Returns `None` unless the field is one, moved by any affine map.
+    pub fn spline(&self) -> Option<SplineCoefficients> {
+        match self {
+            Field::Bspline(spline) => Some(spline.coefficients()),
+            Field::Affine(field) => {
+                let spline = field.inner().spline()?;
+                Some(SplineCoefficients {
+                    to_index: spline.to_index * field.to_local(),
+                    ..spline
+                })
+            }
+            _ => None,
         }
     }
 

@@ -48,9 +48,10 @@ impl Dielectric {
         }
     }
 
-    /// Returns true if the interface preserves the power of light.
-    pub fn is_clear(&self) -> bool {
-        [self.specular_reflectance, self.specular_transmittance] == [Spectrum::ONE; 2]
+    /// Returns true if the interface preserves the power of light in the first `channels` channels.
+    pub fn is_clear(&self, channels: usize) -> bool {
+        let transmits = &self.specular_transmittance.0[..channels];
+        self.reflects_all(channels) && transmits.iter().all(|f| *f == 1.0)
     }
 
     /// Returns true if the reflectance factor is 1 in the first `channels` channels.

@@ -34,6 +34,11 @@ impl HenyeyGreenstein {
         HenyeyGreenstein { g: g.at(x)[0] }
     }
 
+    /// Returns the mean cosine.
+    pub fn g(&self) -> f64 {
+        self.g
+    }
+
     /// Returns the density per steradian.
     pub fn pdf(&self, cos: f64) -> f64 {
         self.density(Polar::from_cos(cos))

@@ -65,6 +65,11 @@ impl Cube {
         face.hit(&self.placement, at.theta, local, plain(local, face.axis))
     }
 
+    /// Returns the map from \[−1, 1\]³ to the scene.
+    pub fn to_world(&self) -> DAffine3 {
+        self.placement.to_world()
+    }
+
     /// Returns the corners.
     pub fn corners(&self) -> [DVec3; 8] {
         LOCAL.corners().map(|p| self.placement.point(p))

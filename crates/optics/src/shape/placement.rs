@@ -74,6 +74,11 @@ impl Placement {
         Aabb::around(world.corners().map(|c| self.local(c)))
     }
 
+    /// Returns the map from local coordinates to the scene.
+    pub(super) fn to_world(self) -> DAffine3 {
+        self.to_world
+    }
+
     /// Sets whether the normals are reversed.
     pub(crate) fn set_flipped(&mut self, flipped: bool) {
         self.side = if flipped { -1.0 } else { 1.0 };

@@ -4,6 +4,7 @@
 use super::accumulator::{Accumulated, Accumulator, Sampling};
 use super::measurement::{MeasureError, MeasureOptions, Measurement, join};
 use super::{Handle, seed_of_group};
+use crate::device::{DeviceBatches, DeviceError, DeviceRun, WalkLimits};
 use crate::meter::{
     Meter, RecordTable, Records, Setup, Tally, TaskResult, Window, with_excitations,
 };
@@ -13,11 +14,13 @@ use crate::stats::Stats;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::ops::{ControlFlow, Range};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 const PARTICLES_PER_TASK: u64 = MeasureOptions::UNIT;
 /// Maximum number of tasks whose results are kept until they are added up.
 const MAX_TASKS: u64 = 1 << 10;
+/// Maximum number of particles of a pass on a device.
+const MAX_DEVICE_PASS: u64 = 1 << 22;
 
 /// Measures on the current thread pool. `scenes` holds one scene for each group of channels. The
 /// scenes are alike except for their spectra and indices; their film gives the number of channels.
@@ -134,6 +137,26 @@ impl MeasureState {
         handle: &Handle,
         on_pass: impl FnMut(&MeasureState) -> ControlFlow<()>,
     ) -> Result<(), MeasureError> {
+        self.advance_on(None, scenes, meters, options, handle, on_pass)
+    }
+
+    /// Follows particles like [`MeasureState::advance`], on a device if one is given. A state holds
+    /// the particles of batches of one size only, or of none.
+    ///
+    /// # Errors
+    /// If no light is emitted, the scene does not suit the device, or the device fails.
+    ///
+    /// # Panics
+    /// If the state does not [fit](MeasureState::fits).
+    pub fn advance_on(
+        &mut self,
+        device: Option<&DeviceRun>,
+        scenes: &[Scene],
+        meters: &[Meter],
+        options: &MeasureOptions,
+        handle: &Handle,
+        on_pass: impl FnMut(&MeasureState) -> ControlFlow<()>,
+    ) -> Result<(), MeasureError> {
         let max_depth = options.max_depth.unwrap_or(u32::MAX);
         let groups = groups(scenes, meters, max_depth, options.rr_depth)?;
         assert!(
@@ -152,13 +175,33 @@ impl MeasureState {
         }
         let windows = self.learnt.iter().cloned();
         let groups = groups.into_iter().zip(windows);
+        let groups: Vec<Group> = groups.map(|(group, window)| group.within(window)).collect();
+        let limits = WalkLimits {
+            max_depth,
+            rr_depth: options.rr_depth,
+        };
+        let load = |device: &DeviceRun| {
+            let load = |group: &Group| DeviceBatches::new(&group.setup, device, limits);
+            groups.iter().map(load).collect::<Result<Vec<_>, _>>()
+        };
         let particles = ParticlePasses {
-            groups: groups.map(|(group, window)| group.within(window)).collect(),
+            devices: device.map(load).transpose()?,
+            unit: device.map_or(PARTICLES_PER_TASK, |device| device.batch),
+            groups,
             seed: options.seed,
             handle,
+            failure: OnceLock::new(),
         };
-        self.take(options.range(), &particles, handle, on_pass);
-        Ok(())
+        self.take(
+            options.range_by(particles.unit),
+            &particles,
+            handle,
+            on_pass,
+        );
+        match particles.failure.into_inner() {
+            Some(failure) => Err(failure.into()),
+            None => Ok(()),
+        }
     }
 
     /// Returns the result. `scenes` and `meters` must be those that were measured.
@@ -218,8 +261,40 @@ impl MeasureState {
 /// Passes of a measurement over its particles.
 struct ParticlePasses<'a> {
     groups: Vec<Group<'a>>,
+    /// Volumes of the groups on a device, if a device walks the particles.
+    devices: Option<Vec<DeviceBatches>>,
+    /// Number of particles that are added up together.
+    unit: u64,
     seed: u64,
     handle: &'a Handle,
+    /// Failure of the device, which ends the measurement.
+    failure: OnceLock<DeviceError>,
+}
+
+impl ParticlePasses<'_> {
+    /// Lets a device follow a range of particles. Its failure ends the measurement.
+    fn pass_on(&self, devices: &[DeviceBatches], particles: &Range<u64>) -> Vec<Pass> {
+        let follow = |(group, device): (&Group, &DeviceBatches)| {
+            let seed = seed_of_group(self.seed, group.index);
+            device.follow(&group.setup, seed, particles.clone(), self.handle.stop())
+        };
+        let passes = self.groups.iter().zip(devices).map(follow);
+        let passes: Result<Vec<_>, _> = passes.collect();
+        match passes {
+            Ok(passes) => {
+                let groups = self.groups.len() as u64;
+                self.handle
+                    .count((particles.end - particles.start) * groups);
+                let pass = |(tasks, stats)| Pass { tasks, stats };
+                passes.into_iter().map(pass).collect()
+            }
+            Err(failure) => {
+                let _ = self.failure.set(failure);
+                self.handle.end_now();
+                Vec::new()
+            }
+        }
+    }
 }
 
 impl Sampling for ParticlePasses<'_> {
@@ -227,19 +302,33 @@ impl Sampling for ParticlePasses<'_> {
     type Found = Vec<Pass>;
 
     fn pass_size(&self, _: &MeasureState, _: u64, next: u64) -> u64 {
-        next.next_multiple_of(PARTICLES_PER_TASK)
-            .min(MAX_TASKS * PARTICLES_PER_TASK)
+        let most = (MAX_TASKS * PARTICLES_PER_TASK).max(self.unit);
+        let most = match self.devices {
+            Some(_) => most.max(MAX_DEVICE_PASS),
+            None => most,
+        };
+        next.next_multiple_of(self.unit).min(most)
     }
 
     fn pass(&self, _: &Readings, particles: Range<u64>) -> Vec<Pass> {
-        let follow = |group: &Group| group.pass(self.seed, particles.clone(), self.handle);
-        self.groups.iter().map(follow).collect()
+        match &self.devices {
+            Some(devices) => self.pass_on(devices, &particles),
+            None => {
+                let follow = |group: &Group| group.pass(self.seed, particles.clone(), self.handle);
+                self.groups.iter().map(follow).collect()
+            }
+        }
     }
 
     fn add(&self, state: &mut MeasureState, found: Vec<Pass>) {
         for (group, pass) in found.into_iter().enumerate() {
             let sums: Vec<_> = pass.tasks.iter().map(|task| &task.sums).collect();
-            state.sums.tallies[group].add(&sums, pass.tasks.len() as u64 * PARTICLES_PER_TASK);
+            let particles = pass.tasks.len() as u64 * self.unit;
+            let samples = match self.devices {
+                Some(_) => pass.tasks.len() as u64,
+                None => particles,
+            };
+            state.sums.tallies[group].add(&sums, samples, particles);
             for task in &pass.tasks {
                 state.balances[group].enter(&task.balance);
                 let records = state.sums.records[group].iter_mut().zip(&task.records);

@@ -1,5 +1,6 @@
 //! Options and results of measurements.
 
+use crate::device::DeviceError;
 use crate::meter::{CyclicFluorescence, MeterProblem, Reading, RecordTable, Tally};
 use crate::path::EnergyBalance;
 use crate::sparse::Sparse;
@@ -35,7 +36,13 @@ impl MeasureOptions {
 
     /// Returns the range of the particles' numbers.
     pub fn range(&self) -> Range<u64> {
-        let whole = |n: u64| n.min(Self::MAX_PARTICLES).next_multiple_of(Self::UNIT);
+        self.range_by(Self::UNIT)
+    }
+
+    /// Returns the range of the particles' numbers, rounded up to multiples of `unit` instead of
+    /// [`MeasureOptions::UNIT`].
+    pub(super) fn range_by(&self, unit: u64) -> Range<u64> {
+        let whole = |n: u64| n.min(Self::MAX_PARTICLES).next_multiple_of(unit);
         whole(self.first)..whole(self.first.saturating_add(self.particles))
     }
 }
@@ -83,6 +90,9 @@ pub enum MeasureError {
     /// Channels of a fluorescent scene share paths.
     #[error("fluorescence needs one scene for each channel: use a film with the group size 1")]
     SharedPaths,
+    /// The device failed, or does not suit the scene.
+    #[error(transparent)]
+    Device(#[from] DeviceError),
     /// Memory is insufficient for the sums.
     #[error("the meters need {0} bytes of memory, or more than {max} bins: use fewer bins", max = Tally::MAX_SLOTS)]
     Memory(usize),

@@ -4,6 +4,7 @@
 use super::matter::{Matter, Matters};
 use super::parts::{MediumId, Object, Partition, Parts};
 use crate::bsdf::Bsdf;
+use crate::medium::Medium;
 use glam::{DAffine3, DMat3, DVec3};
 use std::ops::Range;
 use std::sync::Arc;
@@ -142,7 +143,10 @@ impl CellContents {
         partition: &Partition,
         media: &[MediumId],
     ) -> Option<(Self, [u8; 256])> {
-        let refracts = refracts(parts, &parts.objects[partition.objects.clone()])?;
+        let refracts = {
+            let faces = &parts.objects[partition.objects.clone()];
+            faces_refract(&parts.media, faces, parts.film.channels_of(0))?
+        };
         let held = held(parts, matters, partition, media);
         let number_of = |matter: usize| {
             let place = held.iter().position(|(number, _)| *number == matter);
@@ -186,12 +190,12 @@ impl CellContents {
 }
 
 /// Returns true if all faces between different indices refract light, and false if all faces
-/// transmit it straight on. Returns `None` for other faces.
-fn refracts(parts: &Parts, faces: &[Object]) -> Option<bool> {
+/// transmit it straight on, in the first `channels` channels. Returns `None` for other faces.
+pub(crate) fn faces_refract(media: &[Medium], faces: &[Object], channels: usize) -> Option<bool> {
     let is_bare = faces.iter().all(|face| face.emitter.is_none());
-    let clear = |face: &Object| matches!(&face.bsdf, Bsdf::Dielectric(d) if d.is_clear());
+    let clear = |face: &Object| matches!(&face.bsdf, Bsdf::Dielectric(d) if d.is_clear(channels));
     let passes = |face: &Object| matches!(face.bsdf, Bsdf::Null);
-    let matched = |face: &Object| passes(face) && has_equal_indices(parts, face);
+    let matched = |face: &Object| passes(face) && has_equal_indices(media, face);
     if is_bare && faces.iter().all(|face| clear(face) || matched(face)) {
         return Some(true);
     }
@@ -199,9 +203,9 @@ fn refracts(parts: &Parts, faces: &[Object]) -> Option<bool> {
 }
 
 /// Returns true if the media on both sides of a face have one constant index.
-fn has_equal_indices(parts: &Parts, face: &Object) -> bool {
+fn has_equal_indices(media: &[Medium], face: &Object) -> bool {
     let index = |medium: MediumId| {
-        let index = &parts.media[medium].index;
+        let index = &media[medium].index;
         index.is_constant().then(|| index.n2(DVec3::ZERO))
     };
     face.sides.is_some_and(|sides| {

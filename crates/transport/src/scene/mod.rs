@@ -33,7 +33,7 @@ pub use bending::MAX_TOTAL_REFLECTIONS;
 pub(crate) use bending_ball::BendingBall;
 pub use builder::{BuildError, BuildProblem, ObjectBuilder, SceneBuilder};
 pub use cell_volumes::CellVolume;
-pub(crate) use cells::{BeyondFace, CellFrame, CellMatter, WalkCells};
+pub(crate) use cells::{BeyondFace, CellFrame, CellMatter, WalkCells, faces_refract};
 pub use check::{ProblemSeverity, SceneProblem, Subject};
 pub use containment::{Bodies, Containment};
 pub(crate) use light_bounds::Receiver;
@@ -208,6 +208,14 @@ impl Scene {
     /// Returns the media; the first is the ambient one.
     pub fn media(&self) -> &[Medium] {
         &self.parts.media
+    }
+
+    /// Returns the divided volume of which all objects are faces.
+    pub(crate) fn sole_partition(&self) -> Option<&Partition> {
+        let [partition] = &self.parts.partitions[..] else {
+            return None;
+        };
+        (partition.objects == (0..self.objects().len())).then_some(partition)
     }
 
     /// Returns true if a medium fluoresces.

@@ -31,6 +31,7 @@ pub fn describe(path: &Path, loaded: &Loaded) -> Value {
         "meters": meters(loaded)
             .map(|(name, bins, bytes)| json!({ "name": name, "bins": bins, "bytes": bytes }))
             .collect::<Vec<_>>(),
+        "gpu_refusal": (!camera).then(|| super::gpu_refusal(loaded)).flatten(),
         "objects": scene.objects().len(),
         "emitters": emitters.map(|(e, name)| emitter(loaded, e, name)).collect::<Vec<_>>(),
         "media": (0..scene.media().len()).map(|id| medium(loaded, id)).collect::<Vec<_>>(),

@@ -9,7 +9,9 @@ use crate::load::load_as_it_is;
 use crate::output::safe;
 use glam::DVec3;
 use io::assemble::SpecularSurfaces;
+use io::device::GpuDescription;
 use io::diagnostic::Style;
+use io::input::bytes;
 use io::{Loaded, Run};
 use std::io::{IsTerminal, Write as _};
 use std::process::ExitCode;
@@ -24,19 +26,52 @@ use transport::{Scene, Spectrum};
 
 /// Describes a scene.
 pub fn info(args: &InfoArgs) -> Result<ExitCode, CommandError> {
-    let loaded = load_as_it_is(&args.scene)?;
     let mut stdout = std::io::stdout();
+    if args.devices {
+        stdout.write_all(devices().as_bytes())?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    let Some(scene) = &args.scene else {
+        return Err(CommandError::Usage("give a scene, or --devices".into()));
+    };
+    let loaded = load_as_it_is(scene)?;
     let text = if args.json {
-        format!("{:#}\n", json::describe(&args.scene.path, &loaded))
+        format!("{:#}\n", json::describe(&scene.path, &loaded))
     } else {
         let style = Style::detect(stdout.is_terminal());
-        let text = text::describe(&args.scene.path, &loaded);
+        let text = text::describe(&scene.path, &loaded);
         safe(&text.map_err(|e| CommandError::Runtime(e.to_string()))?)
             + &loaded.warnings.render(style)
             + &loaded.note_of_differences().render(style)
     };
     stdout.write_all(text.as_bytes())?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Lists the GPUs of this machine.
+fn devices() -> String {
+    let gpus = io::device::gpus();
+    if !io::device::has_gpu_support() {
+        return "this build cannot use GPUs: build it with the feature gpu\n".into();
+    }
+    if gpus.is_empty() {
+        return "no GPU was found: install its Vulkan driver\n".into();
+    }
+    let line = |(number, gpu): (usize, &GpuDescription)| {
+        let memory = bytes(gpu.memory);
+        let text = format!(
+            "gpu:{number}  {} ({}, {}, buffers up to {memory})",
+            gpu.name, gpu.kind, gpu.driver
+        );
+        safe(&text) + "\n"
+    };
+    gpus.iter().enumerate().map(line).collect()
+}
+
+/// Returns the reason why a GPU cannot measure the scene; `None` if one can.
+fn gpu_refusal(loaded: &Loaded) -> Option<String> {
+    let refusal = Run::new(loaded).check_device().err();
+    refusal.map(|refusal| refusal.to_string())
 }
 
 /// Returns the kind of camera.

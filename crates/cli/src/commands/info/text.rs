@@ -155,7 +155,11 @@ fn meters(out: &mut String, loaded: &Loaded) -> std::fmt::Result {
             bytes(memory as u64)
         )?;
     }
-    Ok(())
+    let refusal = super::gpu_refusal(loaded);
+    let gpu = refusal
+        .as_deref()
+        .unwrap_or("can run this scene: --device gpu");
+    writeln!(out, "  GPU          {}", escaped(gpu))
 }
 
 /// Returns true if rays of a picture may be less accurate than the scene's tolerance.

@@ -3,7 +3,7 @@
 use crate::bounds::Aabb;
 use crate::field::cells;
 use crate::field::error::FieldError;
-use glam::DVec3;
+use glam::{DAffine3, DMat3, DVec3};
 
 /// Number of coefficients beyond the outermost samples, at both ends of each axis: one for the
 /// spline between the outermost samples, one more for half a voxel beyond them.
@@ -225,6 +225,13 @@ impl Lattice {
         // Map NaN, which ∞ becomes along a constant axis, to the limit.
         let [low, high] = self.limits;
         ((x - self.origin) * self.per_spacing).max(low).min(high)
+    }
+
+    /// Returns the map from positions to indices of coefficients, counted from the first stored
+    /// coefficient.
+    pub(super) fn to_index(&self) -> DAffine3 {
+        let first = DVec3::splat(PAD as f64) - self.origin * self.per_spacing;
+        DAffine3::from_mat3_translation(DMat3::from_diagonal(self.per_spacing), first)
     }
 
     /// Returns the index of the first of the four coefficients that act at a position, along each

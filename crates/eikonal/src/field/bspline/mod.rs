@@ -25,7 +25,7 @@ use super::error::{FieldError, not_negative};
 use crate::bounds::{Aabb, FieldBounds};
 use blocks::{Blocks, Cells};
 use fearless_simd::Level;
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 use homogeneous::HomogeneousBlocks;
 use lattice::{Lattice, PAD};
 use memory::Coefficients;
@@ -299,6 +299,23 @@ impl Bspline {
         }
     }
 
+    /// Returns the coefficients of δ, in rows.
+    pub(super) fn coefficients(&self) -> SplineCoefficients {
+        let [x, y, z] = self.lattice.stored_dims();
+        let place = |axis, i| self.lattice.place(axis, i);
+        let mut values = Vec::with_capacity(x * y * z);
+        for (k, j) in (0..z).flat_map(|k| (0..y).map(move |j| (k, j))) {
+            let row = place(1, j) + place(2, k);
+            values.extend((0..x).map(|i| self.coefficients[row + place(0, i)]));
+        }
+        SplineCoefficients {
+            dims: [x, y, z],
+            values,
+            n2_ref: self.n2_ref,
+            to_index: self.lattice.to_index(),
+        }
+    }
+
     /// Returns the length scale, see [`Scales`].
     pub(super) fn length_scale(&self, x: DVec3) -> f64 {
         let scales = self.scales.as_ref();
@@ -320,6 +337,20 @@ impl Bspline {
     pub(super) fn is_constant(&self) -> bool {
         self.scales.is_none()
     }
+}
+
+/// Coefficients of a [`Bspline`]: n² = n_ref² + Σ c_ijk β(u − i) β(v − j) β(w − k) with the cubic
+/// B-spline β.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SplineCoefficients {
+    /// Number of coefficients along x, y, z.
+    pub dims: [usize; 3],
+    /// Coefficients of n² − n_ref², x fastest.
+    pub values: Vec<f32>,
+    /// Reference n_ref².
+    pub n2_ref: f64,
+    /// Map from positions to (u, v, w). It is singular along axes with one sample.
+    pub to_index: DAffine3,
 }
 
 /// Properties of samples.

@@ -290,6 +290,16 @@ impl<'a> Setup<'a> {
         }
     }
 
+    /// Returns the meters.
+    pub(crate) fn meters(&self) -> &'a [Meter] {
+        self.meters
+    }
+
+    /// Returns the number of channels.
+    pub(crate) fn channels(&self) -> usize {
+        self.channels
+    }
+
     /// Returns true if no light reaches the meters.
     pub fn is_dark(&self) -> bool {
         self.choice.is_none() && self.excitations.is_empty()

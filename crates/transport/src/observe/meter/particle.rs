@@ -40,7 +40,7 @@ impl Setup<'_> {
 
     /// Emits the particle with this number: chooses the emitter with probability P_E, and samples a
     /// point on it and a ray. The power is Φ_E. Returns `None` if no light leaves.
-    pub(super) fn emit(&self, number: u64, sampler: &mut Sampler) -> Option<(EmittedRay, WalkRay)> {
+    pub(crate) fn emit(&self, number: u64, sampler: &mut Sampler) -> Option<(EmittedRay, WalkRay)> {
         let pick = self.choice.as_ref()?.sample(sampler.next_1d());
         let u = [sampler.next_2d(), sampler.next_2d()];
         let white = self.channel_pdf.map(|p| f64::from(u8::from(p > 0.0)));

@@ -6,9 +6,9 @@
 //! parallel, in small tasks of fixed size. The sums of tasks are then added slot by slot, in any
 //! order.
 //!
-//! Theory: docs/theory.md#errors-of-meters.
+//! Theory: docs/theory.md#errors-of-meters, docs/theory.md#particles-on-a-device.
 
-use crate::moments::Moments;
+use crate::moments::{MIN_EFFECTIVE, Moments};
 use crate::sparse::Sparse;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -217,13 +217,29 @@ pub(crate) struct TaskSums {
 }
 
 impl TaskSums {
+    /// Creates the sums of one sample of the slots from 0 on.
+    pub(crate) fn of_sample(values: impl ExactSizeIterator<Item = f64>) -> Self {
+        let slots = values.len();
+        let row = |first: usize| Row {
+            first: first as u32,
+            stride: 1,
+            start: first as u32,
+            count: SLOTS_PER_CHUNK.min(slots - first) as u32,
+        };
+        TaskSums {
+            rows: (0..slots).step_by(SLOTS_PER_CHUNK).map(row).collect(),
+            sums: values.map(|x| [x, x * x, x.abs()]).collect(),
+        }
+    }
+
     /// Returns the slots of a chunk, with their sums.
     fn of_chunk(&self, number: usize) -> impl Iterator<Item = (usize, [f64; 3])> {
         let position = |number: usize| self.rows.partition_point(|row| row.chunk() < number);
         let rows = &self.rows[position(number)..position(number + 1)];
         rows.iter().flat_map(|row| {
             let sums = &self.sums[row.start as usize..][..row.count as usize];
-            row.slots().zip(sums.iter().copied())
+            let slots = row.slots().zip(sums.iter().copied());
+            slots.filter(|(_, [.., largest])| *largest > 0.0)
         })
     }
 }
@@ -232,6 +248,8 @@ impl TaskSums {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Tally {
     slots: Sparse<Moments>,
+    /// Number of samples of each mean: particles, or batches of particles.
+    samples: u64,
     particles: u64,
 }
 
@@ -247,6 +265,7 @@ impl Tally {
             .ok()?;
         Some(Tally {
             slots: Sparse::new(slots, Moments::default()),
+            samples: 0,
             particles: 0,
         })
     }
@@ -263,14 +282,16 @@ impl Tally {
 
     /// Adds another tally with the same number of slots.
     pub fn merge(&mut self, other: &Tally) {
+        self.samples += other.samples;
         self.particles += other.particles;
         for (slot, sums) in other.slots.written(0..other.slots()) {
             *self.slots.get_mut(slot) += sums;
         }
     }
 
-    /// Adds the sums of tasks, of `particles` particles in total.
-    pub(crate) fn add(&mut self, parts: &[&TaskSums], particles: u64) {
+    /// Adds the sums of tasks: `samples` samples of `particles` particles in total.
+    pub(crate) fn add(&mut self, parts: &[&TaskSums], samples: u64, particles: u64) {
+        self.samples += samples;
         self.particles += particles;
         let slots = &mut self.slots;
         slots.for_each_part(BLOCKS_PER_CHUNK, |first, mut slots| {
@@ -301,27 +322,43 @@ impl Tally {
 
     /// Returns the mean over particles; 0 if there are no particles.
     pub fn mean(&self, slot: usize) -> f64 {
-        self.slots[slot].mean(self.particles)
+        self.slots[slot].mean(self.samples)
     }
 
     /// Returns the standard error of the mean; infinite for fewer than two particles.
     pub fn error(&self, slot: usize) -> f64 {
-        self.slots[slot].variance_of_mean(self.particles).sqrt()
+        self.slots[slot].variance_of_mean(self.samples).sqrt()
     }
 
     /// Returns the standard error of the mean in a slot in which no particle has scored.
     pub(super) fn error_of_nothing(&self) -> f64 {
-        Moments::default().variance_of_mean(self.particles).sqrt()
+        Moments::default().variance_of_mean(self.samples).sqrt()
     }
 
-    /// Returns the effective number of particles in a slot: see [`Moments::effective`].
+    /// Returns the effective number of particles in a slot: see [`Moments::effective`]. For batches
+    /// it follows from the variance of the mean: N m²/(N σ² + m²) for N particles.
     pub fn effective(&self, slot: usize) -> f64 {
-        self.slots[slot].effective()
+        let moments = &self.slots[slot];
+        if self.samples == self.particles {
+            return moments.effective();
+        }
+        let square = moments.mean(self.samples).powi(2);
+        let n = self.particles as f64;
+        if square > 0.0 {
+            n * square / (n * moments.variance_of_mean(self.samples) + square)
+        } else {
+            0.0
+        }
     }
 
     /// Returns true if the error in a slot is unreliable: see [`Moments::few`].
     pub fn few(&self, slot: usize) -> bool {
-        self.slots[slot].few()
+        let moments = &self.slots[slot];
+        let few = moments.few();
+        if self.samples == self.particles || few {
+            return few;
+        }
+        *moments != Moments::default() && self.effective(slot) < MIN_EFFECTIVE
     }
 }
 
@@ -349,7 +386,7 @@ mod tests {
         let mut tally = Tally::new(40_001).unwrap();
         let mut rest = &parts[..];
         for &n in groups {
-            tally.add(&rest[..n], 3 * n as u64);
+            tally.add(&rest[..n], 3 * n as u64, 3 * n as u64);
             rest = &rest[n..];
         }
         tally

@@ -125,7 +125,7 @@ impl Setup<'_> {
             });
         let mut tally = Tally::new(LEVELS)?;
         let tasks: Vec<TaskSums> = tasks.collect();
-        tally.add(&tasks.iter().collect::<Vec<_>>(), PARTICLES);
+        tally.add(&tasks.iter().collect::<Vec<_>>(), PARTICLES, PARTICLES);
         Some(tally)
     }
 }

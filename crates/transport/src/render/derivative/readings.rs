@@ -167,6 +167,7 @@ fn readings_near(
         Err(MeasureError::SharedPaths | MeasureError::CyclicFluorescence(_)) => {
             Err(DerivativeError::Fluorescence)
         }
+        Err(MeasureError::Device(_)) => unreachable!("no device takes part"),
         Err(MeasureError::Meter { number, problem }) => Err(DerivativeError::Meter {
             number,
             field: problem.field,
