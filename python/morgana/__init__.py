@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Dict, List, Optional
 from . import _preview as _preview
 from ._denoise import Denoised, denoise
 from ._derivatives import Derivative, derivatives, jacobian
+from ._devices import Device, devices
 from ._errors import Diagnostic, Error, FileError, RenderError, SceneError, SceneWarning
 from ._estimate import Estimate
 from ._images import Difference, Image, compare, exposure, read, write
@@ -40,6 +41,7 @@ __all__ = [
     "Connections",
     "Denoised",
     "Derivative",
+    "Device",
     "Diagnostic",
     "Difference",
     "Error",
@@ -71,6 +73,7 @@ __all__ = [
     "connect",
     "denoise",
     "derivatives",
+    "devices",
     "export",
     "exposure",
     "jacobian",

@@ -28,6 +28,7 @@ def render(
     target_error: Optional[float] = None,
     target: str = "image",
     threads: Optional[int] = None,
+    device: str = "cpu",
     progress: Progress = False,
 ) -> Result:
     """Render a scene, or measure if it has meters instead of a camera.
@@ -62,6 +63,10 @@ def render(
         square of the standard errors of all pixels.
     threads : int, optional
         Number of threads, ≥ 1; by default the number of CPU cores.
+    device : str, optional
+        Device that walks the particles of meters: ``cpu``; ``gpu`` or ``gpu:1`` for a GPU of
+        :func:`devices`; ``auto`` for a GPU where there is one that can run the scene. The package
+        must be built with the feature ``gpu``.
     progress : bool or callable, optional
         ``True`` for a progress bar, drawn by tqdm if it is installed; or a function that is called
         on this thread with the completed fraction, 0 to 1.
@@ -89,9 +94,10 @@ def render(
     >>> result.image.shape, result.mean, result.mean_error
     """
     scene = loaded(scene, {})
+    checks.text(device, "device")
     wanted = limits(scene, spp, particles, seed, integrator, threads, time, target_error, target)
     with Bar(scene, wanted["samples"], time, progress) as tick:
-        return Result(scene, _morgana.render(scene, wanted, integrator, tick))
+        return Result(scene, _morgana.render(scene, wanted, integrator, device, tick))
 
 
 def limits(

@@ -187,6 +187,7 @@ def samples():
     background = morgana.grad.Background((0, 0, 1), (2, 0, 0), (0, 2, 0), (2, 2))
     at_wall = [[0, 0, 1]]
     return [
+        morgana.Device("GPU", "discrete", "driver 1.0", 2**30),
         bundle,
         bundle.forward(np.full((4, 4, 4), 1.2)),
         bundle.vjp(np.full((4, 4, 4), 1.2), optical_lengths=[1.0]),
