@@ -129,9 +129,10 @@ fn refusal(change: Change) -> String {
 #[test]
 fn scenes_that_gpus_cannot_run_are_refused_with_the_reason() {
     let cases: [(&str, Change); 7] = [
-        ("it needs exactly one meter, a fluencemeter", |s| {
-            s["second"] = s["cells"].clone()
-        }),
+        (
+            "it has 2 meters, and a GPU serves one fluencemeter: remove the others, such as detectors",
+            |s| s["second"] = s["cells"].clone(),
+        ),
         ("its fluencemeter measures modulated light", |s| {
             s["cells"]["modulation_frequencies"] = json!([1e8]);
             s["cells"]["metres_per_unit"] = json!(0.01);

@@ -166,7 +166,8 @@ impl DeviceBatches {
         let value = |i: usize| {
             let (slot, is_absorbed) = (i / VALUES, i % VALUES == 1);
             let fluence = sums.fluence[slot] * self.volume.unit * power;
-            if is_absorbed {
+            // Most voxels of a large volume are dark in a batch.
+            if is_absorbed && fluence > 0.0 {
                 fluence * self.volume.absorption(slot)
             } else {
                 fluence
@@ -182,7 +183,7 @@ impl DeviceBatches {
         let mut balances = BalanceSums::default();
         balances.add(&balance, &mut 0);
         TaskResult {
-            sums: TaskSums::of_sample((0..VALUES * sums.fluence.len()).map(value)),
+            sums: TaskSums::of_sample(VALUES * sums.fluence.len(), value),
             balance: balances,
             records: Vec::new(),
         }

@@ -102,7 +102,8 @@ pub enum DeviceError {
     Unsuitable(#[from] Unsuitable),
     /// The device has too little memory.
     #[error(
-        "{name} has too little memory: the voxels and gates need {needed} bytes at once, and it gives {available}: use fewer gates or voxels, or the CPU"
+        "{name} has too little memory: the voxels and gates need {} MiB at once, and it gives {} MiB: use fewer gates or voxels, or the CPU",
+        needed.div_ceil(1 << 20), available >> 20
     )]
     Memory {
         /// Name of the device.

@@ -185,8 +185,15 @@ fn refuse<T>(reason: impl Into<String>) -> Result<T, Unsuitable> {
 
 /// Returns the only meter, if a device can serve it.
 fn supported_meter(meters: &[Meter]) -> Result<&FluenceMeter, Unsuitable> {
-    let [Meter::Fluence(meter)] = meters else {
-        return refuse("it needs exactly one meter, a fluencemeter");
+    let meter = match meters {
+        [Meter::Fluence(meter)] => meter,
+        [Meter::Irradiance(_)] => return refuse("it has no fluencemeter"),
+        _ => {
+            return refuse(format!(
+                "it has {} meters, and a GPU serves one fluencemeter: remove the others, such as detectors",
+                meters.len()
+            ));
+        }
     };
     let unsupported = [
         (

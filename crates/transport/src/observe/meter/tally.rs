@@ -217,19 +217,29 @@ pub(crate) struct TaskSums {
 }
 
 impl TaskSums {
-    /// Creates the sums of one sample of the slots from 0 on.
-    pub(crate) fn of_sample(values: impl ExactSizeIterator<Item = f64>) -> Self {
-        let slots = values.len();
-        let row = |first: usize| Row {
-            first: first as u32,
-            stride: 1,
-            start: first as u32,
-            count: SLOTS_PER_CHUNK.min(slots - first) as u32,
-        };
-        TaskSums {
-            rows: (0..slots).step_by(SLOTS_PER_CHUNK).map(row).collect(),
-            sums: values.map(|x| [x, x * x, x.abs()]).collect(),
+    /// Creates the sums of one sample of the slots from 0 on. Chunks of zeros take no memory.
+    pub(crate) fn of_sample(slots: usize, value: impl Fn(usize) -> f64) -> Self {
+        let mut task = TaskSums::default();
+        for first in (0..slots).step_by(SLOTS_PER_CHUNK) {
+            let chunk = first..slots.min(first + SLOTS_PER_CHUNK);
+            let start = task.sums.len();
+            let values = chunk.clone().map(&value);
+            task.sums.extend(values.map(|x| [x, x * x, x.abs()]));
+            if task.sums[start..]
+                .iter()
+                .all(|[.., largest]| *largest == 0.0)
+            {
+                task.sums.truncate(start);
+                continue;
+            }
+            task.rows.push(Row {
+                first: first as u32,
+                stride: 1,
+                start: start as u32,
+                count: chunk.len() as u32,
+            });
         }
+        task
     }
 
     /// Returns the slots of a chunk, with their sums.
