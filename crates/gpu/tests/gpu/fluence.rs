@@ -45,7 +45,9 @@ impl Comparisons {
             assert_eq!((&a.name, &a.axes), (&b.name, &b.axes));
             // Leave out bins with nothing but rounding errors of faces.
             let floor = 1e-9 * a.mean.iter().fold(0.0, |most: f64, mean| most.max(*mean));
-            let is_sure = |i: &usize| a.effective[*i] > MIN_EFFECTIVE && a.mean[*i] > floor;
+            // Treat both alike: bins that one run has chosen are brighter in that run.
+            let effective = |i: usize| a.effective[i] + b.effective[i];
+            let is_sure = |i: &usize| effective(*i) > 2.0 * MIN_EFFECTIVE && a.mean[*i] > floor;
             for i in (0..a.mean.len()).filter(is_sure) {
                 let z = z_test::two_sample_z(b.mean[i], b.error[i], a.mean[i], a.error[i]);
                 let name = format!("{name}, {} {i}: z = {z:.2}", a.name);
