@@ -16,6 +16,7 @@ __all__ = [
     "load_field",
     "compare_images",
     "denoise",
+    "devices",
     "encode_png",
     "exposure",
     "export_dict",
