@@ -14,13 +14,14 @@ use std::sync::Arc;
 
 /// Number of batches at which a run aims: their differences tell errors to about 9 %.
 const BATCHES: u64 = 64;
-/// Smallest and largest number of particles of a batch, and their number where the total is unknown.
+/// Smallest number of particles of a batch.
 const MIN_BATCH: u64 = 64;
+/// Largest number of particles of a batch: its particles take 64 MiB.
 const MAX_BATCH: u64 = 1 << 20;
+/// Number of particles that determines the size of batches in a run without a known total.
 const UNKNOWN_TOTAL: u64 = 1 << 22;
 /// Largest relative difference, by rounding, between emitted power and its destinations.
 const MAX_IMBALANCE: f64 = 1e-4;
-
 /// Most particles that are emitted before a device walks them.
 const MAX_EMITTED: u64 = 1 << 21;
 /// Number of values of each bin of the fluence meter: fluence and absorbed power.

@@ -9,9 +9,8 @@ use glam::DVec3;
 
 /// Value of [`DeviceRay::face`] of a particle that starts in the voxels.
 pub const INSIDE: u32 = 6;
-/// Largest 32-bit number that random numbers become, plus one.
+/// Number of values of a 32-bit word.
 const WORDS: f64 = 4_294_967_296.0;
-
 /// Length that no particle reaches, in single precision.
 const FAR: f64 = 1e30;
 
